@@ -1,0 +1,21 @@
+// An edge of the keyframe graph: a relative pose and how well it is known.
+#pragma once
+
+#include <cstdint>
+
+#include "protocol/types/ids.h"
+#include "protocol/types/pose.h"
+
+namespace comap {
+
+enum class EdgeKind : uint8_t { kOdometry = 0, kLoop = 1, kInterRobot = 2 };
+
+struct Edge {
+  KeyframeId from, to;
+  EdgeKind kind = EdgeKind::kOdometry;
+  Pose T_from_to;
+  /// Inverse covariance of T_from_to for the left increment exp(xi) T_from_to, order (rho, phi).
+  Matrix6d information = Matrix6d::Identity();
+};
+
+}  // namespace comap

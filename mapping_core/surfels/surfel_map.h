@@ -1,0 +1,94 @@
+// The dense map of one reference frame: surfels on the Vulkan device, and the verbs on them.
+// The map is a function of (keyframes, poses): fuse them in the same order on one device and every bit is the same.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "mapping_core/gpu/device.h"
+#include "protocol/types/image.h"
+#include "protocol/types/pose.h"
+#include "protocol/types/result.h"
+
+namespace comap {
+
+/// One surfel as seen from outside the device; metres, in the map's frame.
+struct Surfel {
+  Eigen::Vector3f position = Eigen::Vector3f::Zero();
+  Eigen::Vector3f normal = Eigen::Vector3f::UnitZ();  ///< towards the observer
+  float radius = 0;
+  float confidence = 0;  ///< sum of fused measurement weights
+  Rgb colour;
+  uint32_t owner = 0;        ///< index of the keyframe it moves with: the one that created it
+  uint32_t contributors = 0;  ///< bit per robot
+  uint32_t observations = 0;  ///< keyframes fused into it
+};
+
+struct FusionParameters {
+  float depth_min_m = 0.3f;
+  float depth_max_m = 5.0f;
+  float noise_floor_m = 0.001f;        ///< sigma_z = noise_floor + noise_factor * z^2
+  float noise_factor_per_m = 0.0019f;  ///< disparity noise of a Kinect-class sensor, per metre of depth squared
+  float stable_confidence = 1.5f;      ///< below it a surfel is not shown and may be cleaned up
+  float averaging_limit = 50.0f;       ///< confidence counts no more than this in the running average
+  uint32_t unstable_timeout = 10;      ///< fused keyframes without support after which an unstable surfel goes
+  uint32_t initial_capacity = 1u << 20;
+};
+
+struct FusionReport {
+  uint32_t updated = 0, inserted = 0, removed = 0, total = 0;
+};
+
+/// What a camera would see of the map. Invalid pixels have depth 0.
+struct PredictedView {
+  CameraModel camera;
+  Image<float> depth_m;  ///< along the optical axis, ray-disc hit
+  Image<Eigen::Vector3f> normal;  ///< in the camera's frame
+  ColourImage colour;
+  Image<float> confidence;
+  Image<uint32_t> contributors;
+};
+
+struct PredictionOptions {
+  float min_confidence = 0;  ///< surfels below are left out
+  float max_depth_m = 20;
+  bool both_sides = false;  ///< also discs seen from behind (for pictures); tracking wants false
+};
+
+/// Owns device memory. Thread rule: one thread at a time per Device.
+class SurfelMap {
+ public:
+  static Result<SurfelMap> create(gpu::Device& device, const FusionParameters& parameters);
+  SurfelMap(SurfelMap&&) noexcept;
+  SurfelMap& operator=(SurfelMap&&) noexcept;
+  ~SurfelMap();
+
+  /// Fuses one keyframe: bilateral filter, vertex and normal maps, index map, associate, update, insert, clean up,
+  /// stable compaction (A measurement updates at most one surfel, a surfel takes at most one measurement.)
+  /// `owner` = index of the keyframe, `robot_bit` = 1 << robot index. `colour` and `depth` are of the camera's size.
+  Result<FusionReport> fuse(const CameraModel& camera, const ColourImage& colour, const DepthImage& depth,
+                            const Pose& T_map_cam, uint32_t owner, uint32_t robot_bit);
+
+  /// The map from a camera pose, by splatting discs.
+  Result<PredictedView> predict(const CameraModel& camera, const Pose& T_map_cam, const PredictionOptions& options);
+
+  /// Moves each surfel with its owner: p <- T_new_old[owner] p. Owners beyond the span stay.
+  Result<void> moveOwners(std::span<const Pose> T_new_old);
+
+  /// All surfels in their order of creation.
+  Result<std::vector<Surfel>> download();
+  /// Appends surfels (a merge, or a map from the store).
+  Result<void> append(std::span<const Surfel> surfels);
+  void clear();
+  size_t size() const;
+
+ private:
+  struct State;
+  explicit SurfelMap(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace comap

@@ -1,0 +1,36 @@
+// The current tiles of all maps with their revisions: what changed, what was removed, what a robot lacks.
+#pragma once
+
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "protocol/types/messages.h"
+#include "protocol/types/tile.h"
+
+namespace comap {
+
+/// Thread rule: one thread at a time.
+class TileIndex {
+ public:
+  /// Replaces all tiles of `map`: those that changed get a new revision, those gone become removals.
+  /// Returns how many changed.
+  size_t update(const MapId& map, std::vector<Tile> tiles);
+  /// A map that was absorbed: its tiles go without a trace (robots learn it from their correction's map).
+  void drop(const MapId& map);
+
+  /// Tiles of `map` near `position_m` that differ from what is held, nearest first (removals first of all),
+  /// until `budget_bytes` are filled; at least one if any differs.
+  std::vector<Tile> lacking(const MapId& map, const Eigen::Vector3d& position_m, double radius_m,
+                            std::span<const HeldTile> held, size_t budget_bytes) const;
+
+  std::vector<Tile> tiles(const MapId& map) const;
+  uint64_t revision() const { return revision_; }
+
+ private:
+  std::map<TileKey, Tile> tiles_;
+  uint64_t revision_ = 0;  // grows by one per update that changed anything
+};
+
+}  // namespace comap

@@ -1,0 +1,53 @@
+// One wire between robots and core. Two bodies: DdsLink (Fast DDS) and LoopbackLink (one process, fixed order).
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "protocol/types/result.h"
+
+namespace comap {
+
+enum class Topic : uint8_t {
+  kHello,
+  kKeyframe,
+  kAck,
+  kCorrection,
+  kInterest,
+  kTile,
+  kStatus,
+  kVerdict,
+  kMerge,
+  kCoreStatus,
+};
+
+/// Decides which topics an endpoint writes and which it reads (docs/wire.md). An observer reads all that goes to all.
+enum class LinkRole : uint8_t { kRobot, kCore, kObserver };
+
+struct Delivery {
+  Topic topic = Topic::kHello;
+  std::string robot;  ///< the topic's key: which robot it is from or for; empty for messages to all
+  std::vector<uint8_t> payload;
+};
+
+/// Thread rule: publish and receive may be called from different threads, each from one at a time.
+class Link {
+ public:
+  virtual ~Link() = default;
+
+  /// Hands one encoded message to the wire. May block while reliable topics are full; kUnreachable after that.
+  virtual Result<void> publish(Topic topic, const std::string& robot, std::span<const uint8_t> payload) = 0;
+
+  /// The next message of the topics this role reads (a robot: only those keyed with its own name, or to all),
+  /// in order of arrival. Waits up to `timeout`.
+  virtual std::optional<Delivery> receive(std::chrono::milliseconds timeout) = 0;
+
+  /// Peers seen at the other end now: cores for a robot, robots for a core.
+  virtual int peers() const = 0;
+};
+
+}  // namespace comap
