@@ -1,0 +1,69 @@
+#include "edge_agent/capture/source_uri.h"
+
+#include <charconv>
+#include <filesystem>
+#include <optional>
+
+namespace comap {
+namespace {
+
+// "12" -> 12, "" -> fallback, anything else -> nullopt.
+std::optional<size_t> parseIndex(const std::string& text, size_t fallback) {
+  if (text.empty()) return fallback;
+  size_t value = 0;
+  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (problem != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+// The part before the first colon if it looks like a scheme: letters, digits, + and - only, two at least.
+std::string schemeOf(const std::string& uri) {
+  const size_t colon = uri.find(':');
+  if (colon == std::string::npos || colon < 2) return "";
+  const std::string scheme = uri.substr(0, colon);
+  const bool plain = scheme.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789+-") == std::string::npos;
+  return plain ? scheme : "";
+}
+
+}  // namespace
+
+Result<TumPlace> parseTumPlace(const std::string& text) {
+  TumPlace place{text, {}};
+  const size_t at = text.rfind('@');
+  std::error_code ignored;
+  const bool none = at == std::string::npos || text.find('/', at) != std::string::npos;
+  if (!none && !std::filesystem::is_directory(text, ignored)) {
+    const std::string asked = text.substr(at + 1);
+    const size_t colon = asked.find(':');
+    std::optional<size_t> first, last;
+    if (colon != std::string::npos) {
+      first = parseIndex(asked.substr(0, colon), 0);
+      last = parseIndex(asked.substr(colon + 1), TumRange::kToEnd);
+    }
+    if (!first || !last) {
+      return Error{ErrorCode::kWrongUse, text + ": range '" + asked + "' is not FIRST:LAST (frame indices from 0)"};
+    }
+    place.directory = text.substr(0, at);
+    place.range = {*first, *last};
+  }
+  if (place.directory.empty()) return Error{ErrorCode::kWrongUse, "source '" + text + "': names no folder"};
+  return place;
+}
+
+Result<std::unique_ptr<FrameSource>> openSource(const std::string& uri) {
+  const std::string scheme = schemeOf(uri);
+  if (!scheme.empty() && scheme != "tum") {
+    std::string known;
+    for (const auto& line : knownSources()) known += (known.empty() ? "" : "; ") + line;
+    return Error{ErrorCode::kWrongUse, "source '" + uri + "': scheme '" + scheme + "' is unknown, known are: " + known};
+  }
+  auto place = parseTumPlace(scheme.empty() ? uri : uri.substr(scheme.size() + 1));
+  if (!place) return place.error();
+  return openTum(place->directory, place->range);
+}
+
+std::vector<std::string> knownSources() {
+  return {"tum:DIR[@FIRST:LAST] (a recorded sequence in the TUM RGB-D format; also plain DIR[@FIRST:LAST])"};
+}
+
+}  // namespace comap

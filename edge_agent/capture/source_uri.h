@@ -1,0 +1,29 @@
+// Frame sources by name, as the command line and the configuration write them.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "edge_agent/capture/frame_source.h"
+#include "edge_agent/capture/tum_source.h"
+
+namespace comap {
+
+struct TumPlace {
+  std::string directory;
+  TumRange range;
+};
+
+/// DIR[@FIRST:LAST]; either number may be left out. A folder whose own name holds an @ is taken as it is if it exists
+/// under the whole name. kWrongUse if what follows the @ is not a range.
+Result<TumPlace> parseTumPlace(const std::string& text);
+
+/// Opens `tum:DIR[@FIRST:LAST]` or plain `DIR[@FIRST:LAST]`; the errors of openTum, and kWrongUse for an unknown
+/// scheme.
+Result<std::unique_ptr<FrameSource>> openSource(const std::string& uri);
+
+/// One line a known scheme: how to write it and what it is.
+std::vector<std::string> knownSources();
+
+}  // namespace comap
