@@ -1,0 +1,53 @@
+// Direct RGB-D alignment of a frame to a reference view: noise-scaled point-to-plane plus photometric residuals with
+// robust weights, coarse to fine (A 3.3-3.8, the recommended form).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mapping_core/rgbd/noise_model.h"
+#include "mapping_core/rgbd/pyramid.h"
+#include "mapping_core/rgbd/reference_view.h"
+#include "protocol/types/pose.h"
+
+namespace comap {
+
+struct AlignmentOptions {
+  /// Iterations at the coarsest level of the reference, the next finer one, and so on; the last entry serves the rest.
+  std::vector<int> iterations = {8, 6, 6};
+  float distance_gate_m = 0.10f;     ///< association gate at the finest level
+  float coarse_gate_m = 0.20f;       ///< and at the coarsest
+  float photometric_weight = 0.3f;   ///< lambda of A 3.5: grey residuals are correlated, depth ones less so
+  float information_deflation = 50;  ///< kappa of A 3.9: neighbouring pixels are not independent
+  double stop_m = 2e-5, stop_rad = 2e-5;
+  double weak_ratio = 1e-4;  ///< directions with less than this share of the strongest keep the guess
+  DepthNoiseModel noise;
+};
+
+/// How one alignment ended. All quality numbers are independent of the number of points.
+struct Alignment {
+  Pose T_ref_cur;
+  Matrix6d information = Matrix6d::Zero();  ///< of T_ref_cur for the left increment, deflated
+  double inlier_ratio = 0;                  ///< geometric inliers / reference points that project into the frame
+  double overlap = 0;                       ///< reference points that project into the frame / all
+  double rms_sigma = 1e9;                   ///< of geometric inliers, in sigma
+  double degeneracy = 0;  ///< smallest / largest eigenvalue of A/N, translation scaled by median depth
+  Vector6d weakest_direction = Vector6d::Zero();
+  double photometric_median = 255;  ///< grey levels after gain and bias
+  double gain = 1, bias = 0;        ///< grey_cur = gain grey_ref + bias
+  int iterations = 0;
+  bool solved = false;  ///< false: too few points to solve at all
+};
+
+/// Buffers of the solver, kept by the caller so that nothing is allocated per frame.
+struct AlignmentWorkspace {
+  std::vector<float> rg, jg[6], wg;  // geometric residual (sigma), row, weight
+  std::vector<float> rp, jp[6], wp;  // photometric residual (grey), row, weight
+  std::vector<float> scratch;
+};
+
+/// Aligns `frame` (a pyramid that has the reference's levels) starting from T_guess = T_ref_cur.
+Alignment align(const ReferenceView& reference, const Pyramid& frame, const Pose& T_guess,
+                const AlignmentOptions& options, AlignmentWorkspace& workspace);
+
+}  // namespace comap

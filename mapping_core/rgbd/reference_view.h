@@ -1,0 +1,37 @@
+// What a frame is aligned to: a sparse, informative set of points of a keyframe or of a predicted view, per level.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "mapping_core/rgbd/noise_model.h"
+#include "mapping_core/rgbd/pyramid.h"
+
+namespace comap {
+
+struct ReferenceOptions {
+  int finest_level = 1;
+  int coarsest_level = 3;
+  int max_points = 6000;  ///< a level; one per cell of a grid over the image
+};
+
+/// Structure of arrays, all of one length; padded to a multiple of 8 with points that never count.
+struct ReferencePoints {
+  CameraModel camera;
+  int level = 0;
+  size_t count = 0;               ///< without padding
+  std::vector<float> x, y, z;     ///< in the reference camera's frame, metres
+  std::vector<float> nx, ny, nz;  ///< unit normal towards the camera; 0 0 0 = none
+  std::vector<float> grey;
+  std::vector<float> sigma_m;  ///< 1 sigma of depth noise along the normal
+};
+
+struct ReferenceView {
+  std::vector<ReferencePoints> levels;  ///< coarsest first
+};
+
+/// Picks per grid cell the pixel with the strongest grey gradient among those with depth, and gives it the normal of
+/// its neighbourhood if that is smooth. Deterministic.
+ReferenceView buildReference(const Pyramid& pyramid, const ReferenceOptions& options, const DepthNoiseModel& noise);
+
+}  // namespace comap
