@@ -1,5 +1,6 @@
 // Poses of keyframes from the edges between them, by robust nonlinear least squares (Ceres).
-// Edge residual (A 9.9): E = Z^-1 T_a^-1 T_b, r = L^T [t(E); 2 vec q(E)]; loops by graduated non-convexity.
+// Edge residual: S log(T_a^-1 T_b Z^-1), S^T S = information: the side Edge's information is given for. Loops by
+// graduated non-convexity with truncated least squares.
 #pragma once
 
 #include <map>
@@ -13,10 +14,10 @@ namespace comap {
 
 struct GraphOptions {
   int max_iterations = 50;
-  double sigma_floor_m = 0.002;      ///< no edge is better known than this
+  double sigma_floor_m = 0.002;  ///< no edge is better known than this
   double sigma_floor_rad = 0.0005;
-  double gate_chi2 = 16.8;           ///< chi2(6, 0.99): residual beyond which a loop edge counts as false
-  bool reject_loops = true;          ///< graduated non-convexity on loop and inter-robot edges
+  double gate_chi2 = 16.8;   ///< chi2(6, 0.99): residual beyond which a loop edge counts as false
+  bool reject_loops = true;  ///< graduated non-convexity on loop and inter-robot edges
 };
 
 struct GraphSolution {
