@@ -1,5 +1,6 @@
 #include "mapping_core/rgbd/reference_view.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
