@@ -1,0 +1,61 @@
+// The Vulkan device that kernels run on: any GPU, or Mesa's llvmpipe on the CPU. No Vulkan type shows here.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "protocol/types/result.h"
+
+namespace comap::gpu {
+
+struct DeviceOptions {
+  /// "auto" (discrete before integrated before virtual before CPU), "llvmpipe", or an index of listDevices().
+  std::string choice = "auto";
+  /// Run with VK_LAYER_KHRONOS_validation, which must be installed; see Device::validationErrors().
+  bool validation = false;
+  /// Never map device memory, always copy through staging buffers as a discrete GPU would; for tests.
+  bool force_staging = false;
+  /// Measure the time of each dispatch; see Recorder::times().
+  bool timestamps = false;
+};
+
+struct DeviceInfo {
+  uint32_t index = 0;
+  std::string name;     ///< as the driver calls it
+  std::string type;     ///< "discrete", "integrated", "virtual", "cpu" or "other"
+  std::string refusal;  ///< why it cannot be used; empty if it can
+};
+
+/// All devices Vulkan knows, usable or not, in Vulkan's order. kNoDevice without a Vulkan loader or driver.
+Result<std::vector<DeviceInfo>> listDevices();
+
+struct Context;
+
+/// Thread rule: one thread at a time. Everything made on a device must be destroyed before it.
+class Device {
+ public:
+  /// kNoDevice with the reasons of every device refused; kWrongUse for a choice that is none.
+  static Result<Device> create(const DeviceOptions& options = {});
+  Device(Device&&) noexcept;
+  Device& operator=(Device&&) noexcept;
+  ~Device();
+
+  const DeviceInfo& info() const;
+  /// Bytes that one storage buffer may have.
+  uint64_t maxBufferBytes() const;
+  /// Errors and warnings the validation layer has reported since creation.
+  uint32_t validationErrors() const;
+  /// The texts of the first few of them.
+  std::vector<std::string> validationMessages() const;
+
+  /// For the other classes of this folder; stays valid when the Device is moved.
+  Context& context() const { return *context_; }
+
+ private:
+  explicit Device(std::unique_ptr<Context> context);
+  std::unique_ptr<Context> context_;
+};
+
+}  // namespace comap::gpu
