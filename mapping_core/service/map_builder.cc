@@ -1,0 +1,243 @@
+#include "mapping_core/service/map_builder.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "mapping_core/merge/map_merger.h"
+#include "protocol/codec/keyframe_codec.h"
+
+namespace comap {
+namespace {
+
+// How far a pose change carries what its camera sees, 2 m away.
+double displacement(const Pose& T_new, const Pose& T_old) {
+  const Pose change = T_new * T_old.inverse();
+  const Eigen::Vector3d seen = T_old * Eigen::Vector3d(0, 0, 2);
+  return std::max((change * T_old.translation() - T_old.translation()).norm(), (change * seen - seen).norm());
+}
+
+void transformSurfels(const Pose& T, std::vector<Surfel>& surfels) {
+  const Eigen::Matrix3f r = T.rotationMatrix().cast<float>();
+  const Eigen::Vector3f t = T.translation().cast<float>();
+  for (Surfel& surfel : surfels) {
+    surfel.position = r * surfel.position + t;
+    surfel.normal = r * surfel.normal;
+  }
+}
+
+}  // namespace
+
+MapBuilder::MapBuilder(gpu::Device& device, MapStore& store, const MapBuilderOptions& options)
+    : device_(device),
+      store_(store),
+      options_(options),
+      votes_(options.vote),
+      verifier_(options.verifier),
+      views_(options.cached_views) {}
+
+Result<MapChange> MapBuilder::addKeyframe(const Keyframe& keyframe, uint32_t robot_index) {
+  const Entry entry{static_cast<uint32_t>(by_index_.size()), robot_index};
+  if (auto placed = place(keyframe, entry); !placed) return placed.error();
+  views_.insert(makeKeyframeView(keyframe, options_.verifier.depth_max_m, options_.verifier.noise));
+
+  MapChange change;
+  // Matching comes before fusion, so that a loop is verified against what was there before this keyframe.
+  auto verdicts = match(keyframe);
+  if (!verdicts) return verdicts.error();
+  change.verdicts = std::move(*verdicts);
+  if (auto fused = fuse(keyframe, entry); !fused) return fused.error();
+  if (!places_.add(entry.index, keyframe.fern_code))
+    return Error{ErrorCode::kBadData, "keyframe " + toString(keyframe.id) + ": fern code is of another book"};
+  for (const MatchVerdict& verdict : change.verdicts) {
+    if (auto stored = store_.addVerdict(verdict); !stored) return stored.error();
+    if (!verdict.accepted) continue;
+    if (auto connected = connect(verdict, change); !connected) return connected.error();
+  }
+  const KeyframeId anchor = components_.anchorOf(keyframe.id);
+  change.map = mapIdOf(anchor);
+  const auto poses =
+      change.poses_changed ? posesOf(anchor) : std::map<KeyframeId, Pose>{{keyframe.id, T_map_cam_.at(keyframe.id)}};
+  if (auto stored = store_.setPoses(change.map, poses); !stored) return stored.error();
+  return change;
+}
+
+Result<void> MapBuilder::place(const Keyframe& keyframe, const Entry& entry) {
+  entries_[keyframe.id] = entry;
+  by_index_.push_back(keyframe.id);
+  KeyframeId previous = keyframe.id;
+  if (keyframe.id.sequence > 0) previous.sequence -= 1;
+  if (!keyframe.linked || previous == keyframe.id || !entries_.contains(previous)) {
+    components_.addAlone(keyframe.id);
+    T_map_cam_[keyframe.id] = Pose();
+    auto map = SurfelMap::create(device_, options_.fusion);
+    if (!map) return map.error();
+    maps_.emplace(keyframe.id, std::move(*map));
+    return {};
+  }
+  components_.addTo(keyframe.id, previous);
+  T_map_cam_[keyframe.id] = T_map_cam_.at(previous) * keyframe.T_prev_this;
+  edges_.push_back({previous, keyframe.id, EdgeKind::kOdometry, keyframe.T_prev_this, keyframe.information});
+  return store_.addEdge(edges_.back());
+}
+
+Result<void> MapBuilder::fuse(const Keyframe& keyframe, const Entry& entry) {
+  SurfelMap& map = maps_.at(components_.anchorOf(keyframe.id));
+  const Pose& T = T_map_cam_.at(keyframe.id);
+  auto report = map.fuse(keyframe.camera, keyframe.colour, keyframe.depth, T, entry.index, 1u << (entry.robot % 32));
+  if (!report) return report.error();
+  T_map_fused_[keyframe.id] = T;
+  return {};
+}
+
+Result<std::vector<MatchVerdict>> MapBuilder::match(const Keyframe& keyframe) {
+  const auto inOtherMap = [&](uint32_t place) { return !components_.together(by_index_[place], keyframe.id); };
+  const auto loop = [&](uint32_t place) {
+    const KeyframeId& other = by_index_[place];
+    const bool neighbour = other.robot == keyframe.id.robot && other.session == keyframe.id.session &&
+                           keyframe.id.sequence - other.sequence < options_.loop_gap;
+    return !neighbour && components_.together(other, keyframe.id);
+  };
+  std::vector<PlaceCandidate> candidates = places_.query(keyframe.fern_code, options_.candidates, inOtherMap);
+  for (const PlaceCandidate& candidate : places_.query(keyframe.fern_code, options_.loop_candidates, loop))
+    candidates.push_back(candidate);
+
+  std::vector<MatchVerdict> verdicts;
+  auto query = viewOf(keyframe.id);
+  if (!query) return query.error();
+  for (const PlaceCandidate& candidate : candidates) {
+    if (candidate.dissimilarity > options_.max_dissimilarity) continue;
+    const KeyframeId& id = by_index_[candidate.place];
+    auto view = viewOf(id);
+    if (!view) return view.error();
+    auto verdict = verifier_.verify(**query, **view, maps_.at(components_.anchorOf(id)), T_map_cam_.at(id));
+    if (!verdict) return verdict.error();
+    verdict->fern_dissimilarity = candidate.dissimilarity;
+    verdicts.push_back(std::move(*verdict));
+  }
+  return verdicts;
+}
+
+Result<void> MapBuilder::connect(const MatchVerdict& verdict, MapChange& change) {
+  const Closure closure{verdict.query, verdict.candidate, verdict.T_candidate_query, verdict.information};
+  if (components_.together(closure.query, closure.candidate)) {
+    if (auto added = addEdge(closure); !added) return added.error();
+  } else {
+    const auto agreed = votes_.cast(
+        closure, [this](const auto& a, const auto& b) { return components_.together(a, b); }, T_map_cam_);
+    if (!agreed) return {};
+    auto record = merge(*agreed);
+    if (!record) return record.error();
+    change.merges.push_back(std::move(*record));
+    change.poses_changed = true;
+  }
+  auto moved = optimise(components_.anchorOf(closure.query));
+  if (!moved) return moved.error();
+  change.poses_changed = change.poses_changed || *moved;
+  return {};
+}
+
+Result<void> MapBuilder::addEdge(const Closure& closure) {
+  const EdgeKind kind = closure.query.robot == closure.candidate.robot ? EdgeKind::kLoop : EdgeKind::kInterRobot;
+  edges_.push_back({closure.candidate, closure.query, kind, closure.T_candidate_query, closure.information});
+  return store_.addEdge(edges_.back());
+}
+
+Result<MergeRecord> MapBuilder::merge(const std::vector<Closure>& closures) {
+  const KeyframeId a = components_.anchorOf(closures.front().candidate);
+  const KeyframeId b = components_.anchorOf(closures.front().query);
+  const Pose T_a_b = averageTransform(closures, T_map_cam_);
+  const std::vector<KeyframeId> members_a = components_.members(a), members_b = components_.members(b);
+  const KeyframeId kept = components_.join(a, b)->first;
+  const bool keeps_a = kept == a;
+  const KeyframeId absorbed = keeps_a ? b : a;
+  const Pose T_kept_absorbed = keeps_a ? T_a_b : T_a_b.inverse();
+
+  auto surfels = maps_.at(absorbed).download();
+  if (!surfels) return surfels.error();
+  transformSurfels(T_kept_absorbed, *surfels);
+  if (auto appended = maps_.at(kept).append(*surfels); !appended) return appended.error();
+  maps_.erase(absorbed);
+  stale_.erase(absorbed);
+  stale_.insert(kept);  // two maps laid into each other are not yet the map of all their keyframes
+  for (const KeyframeId& id : keeps_a ? members_b : members_a) {
+    T_map_cam_.at(id) = T_kept_absorbed * T_map_cam_.at(id);
+    T_map_fused_.at(id) = T_kept_absorbed * T_map_fused_.at(id);
+  }
+
+  MergeRecord record;
+  record.number = ++merges_;
+  record.kept = mapIdOf(kept);
+  record.absorbed = mapIdOf(absorbed);
+  record.T_kept_absorbed = T_kept_absorbed;
+  record.robots = components_.robots(kept);
+  record.keyframes_ingested = static_cast<uint32_t>(by_index_.size());
+  for (const Closure& closure : closures) {
+    record.voters.push_back(closure.query);
+    if (auto added = addEdge(closure); !added) return added.error();
+  }
+  if (auto stored = store_.addMerge(record); !stored) return stored.error();
+  return record;
+}
+
+Result<bool> MapBuilder::optimise(const KeyframeId& anchor) {
+  std::vector<Edge> edges;
+  for (const Edge& edge : edges_)
+    if (components_.together(edge.from, anchor)) edges.push_back(edge);
+  auto solution = optimiseGraph(posesOf(anchor), edges, anchor, options_.graph);
+  if (!solution) return solution.error();
+  for (const auto& [id, T] : solution->T_map_cam) T_map_cam_.at(id) = T;
+
+  double largest = 0;
+  for (const auto& [id, T] : solution->T_map_cam) largest = std::max(largest, displacement(T, T_map_fused_.at(id)));
+  if (largest < options_.move_m) return false;
+  std::vector<Pose> T_new_old(by_index_.size());
+  for (const auto& [id, T] : solution->T_map_cam) {
+    T_new_old[entries_.at(id).index] = T * T_map_fused_.at(id).inverse();
+    T_map_fused_.at(id) = T;
+  }
+  if (auto moved = maps_.at(anchor).moveOwners(T_new_old); !moved) return moved.error();
+  stale_.insert(anchor);
+  return true;
+}
+
+Result<void> MapBuilder::rebuild(const std::function<void(size_t, size_t)>& progress) {
+  size_t all = 0, done = 0;
+  for (const KeyframeId& anchor : stale_) all += components_.members(anchor).size();
+  while (!stale_.empty()) {
+    const KeyframeId anchor = *stale_.begin();
+    maps_.at(anchor).clear();
+    std::vector<KeyframeId> members = components_.members(anchor);
+    std::sort(members.begin(), members.end());
+    for (const KeyframeId& id : members) {
+      auto keyframe = load(id);
+      if (!keyframe) return keyframe.error();
+      if (auto fused = fuse(*keyframe, entries_.at(id)); !fused) return fused.error();
+      if (progress) progress(++done, all);
+    }
+    stale_.erase(anchor);
+  }
+  return {};
+}
+
+Result<std::shared_ptr<const KeyframeView>> MapBuilder::viewOf(const KeyframeId& id) {
+  if (auto view = views_.find(id)) return view;
+  auto keyframe = load(id);
+  if (!keyframe) return keyframe.error();
+  auto view = makeKeyframeView(*keyframe, options_.verifier.depth_max_m, options_.verifier.noise);
+  views_.insert(view);
+  return view;
+}
+
+Result<Keyframe> MapBuilder::load(const KeyframeId& id) const {
+  auto encoded = store_.encodedKeyframe(id);
+  if (!encoded) return encoded.error();
+  return decodeKeyframe(*encoded);
+}
+
+std::map<KeyframeId, Pose> MapBuilder::posesOf(const KeyframeId& anchor) const {
+  std::map<KeyframeId, Pose> poses;
+  for (const KeyframeId& id : components_.members(anchor)) poses[id] = T_map_cam_.at(id);
+  return poses;
+}
+
+}  // namespace comap

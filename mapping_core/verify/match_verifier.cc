@@ -1,0 +1,134 @@
+#include "mapping_core/verify/match_verifier.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace comap {
+namespace {
+
+struct DepthAgreement {
+  double behind = 0;  // share of compared pixels where the live surface lies behind the predicted one
+  double agree = 0;   // and where both are the same surface
+};
+
+// Projects every predicted pixel of one level into the live frame and compares depths there.
+DepthAgreement compareDepth(const PyramidLevel& predicted, const PyramidLevel& live, const Pose& T_predicted_live,
+                            double behind_m, const DepthNoiseModel& noise) {
+  const Pose T_live_predicted = T_predicted_live.inverse();
+  const Eigen::Matrix3f r = T_live_predicted.rotationMatrix().cast<float>();
+  const Eigen::Vector3f t = T_live_predicted.translation().cast<float>();
+  const CameraModel& c = predicted.camera;
+  const CameraModel& k = live.camera;
+  size_t compared = 0, behind = 0, agree = 0;
+  for (int y = 0; y < predicted.depth_m.height(); ++y)
+    for (int x = 0; x < predicted.depth_m.width(); ++x) {
+      const float z = predicted.depth_m.at(x, y);
+      if (z <= 0) continue;
+      const Eigen::Vector3f q = r * c.unproject(x, y, z).cast<float>() + t;
+      if (q.z() < 0.05f) continue;
+      const int u = static_cast<int>(std::lround(k.fx * q.x() / q.z() + k.cx));
+      const int v = static_cast<int>(std::lround(k.fy * q.y() / q.z() + k.cy));
+      if (!live.depth_m.contains(u, v)) continue;
+      const float d = live.depth_m.at(u, v);
+      if (d <= 0) continue;
+      const float gate = std::max(static_cast<float>(behind_m), 3 * noise.sigma(d));
+      ++compared;
+      behind += d > q.z() + gate;
+      agree += std::abs(d - q.z()) <= gate;
+    }
+  if (compared == 0) return {1, 0};
+  return {static_cast<double>(behind) / static_cast<double>(compared),
+          static_cast<double>(agree) / static_cast<double>(compared)};
+}
+
+Pose turned(double pitch_rad, double yaw_rad) {
+  Vector6d twist;
+  twist << 0, 0, 0, pitch_rad, yaw_rad, 0;
+  return Pose::exp(twist);
+}
+
+}  // namespace
+
+Alignment MatchVerifier::alignCoarse(const KeyframeView& query, const KeyframeView& candidate) {
+  AlignmentOptions options;
+  options.noise = options_.noise;
+  options.iterations = {12, 6};
+  options.coarse_gate_m = 0.5f;
+  options.distance_gate_m = 0.2f;
+  const double a = options_.seed_rad;
+  Alignment best;
+  double best_score = -1;
+  for (const Pose& seed : {Pose(), turned(0, a), turned(0, -a), turned(a, 0), turned(-a, 0)}) {
+    const Alignment alignment = align(candidate.coarse, query.pyramid, seed, options, workspace_);
+    const double score = alignment.solved ? alignment.inlier_ratio * std::min(1.0, alignment.overlap * 2) : 0;
+    if (score > best_score) {
+      best_score = score;
+      best = alignment;
+    }
+  }
+  return best;
+}
+
+Result<MatchVerdict> MatchVerifier::verify(const KeyframeView& query, const KeyframeView& candidate, SurfelMap& map,
+                                           const Pose& T_map_candidate) {
+  MatchVerdict verdict;
+  verdict.query = query.id;
+  verdict.candidate = candidate.id;
+  const auto refuse = [&](const char* reason) {
+    verdict.reason = reason;
+    return verdict;
+  };
+
+  const Alignment coarse = alignCoarse(query, candidate);
+  verdict.T_candidate_query = coarse.T_ref_cur;
+  verdict.inlier_ratio = coarse.inlier_ratio;
+  verdict.rms_sigma = coarse.solved ? coarse.rms_sigma : 0;
+  if (!coarse.solved || coarse.inlier_ratio < options_.coarse_inlier_ratio) return refuse("coarse_alignment");
+
+  const Pose T_map_predicted = T_map_candidate * coarse.T_ref_cur;
+  PredictionOptions prediction;
+  auto view = map.predict(query.camera, T_map_predicted, prediction);
+  if (!view) return view.error();
+  buildPyramid(view->colour, view->depth_m, query.camera, 4, predicted_);
+  const ReferenceView reference = fineReference(predicted_, options_.noise);
+
+  AlignmentOptions options;
+  options.noise = options_.noise;
+  options.iterations = {8, 8};
+  options.coarse_gate_m = 0.15f;
+  options.distance_gate_m = 0.08f;
+  const Alignment forth = align(reference, query.pyramid, Pose(), options, workspace_);
+  verdict.inlier_ratio = forth.inlier_ratio;
+  verdict.rms_sigma = forth.solved ? forth.rms_sigma : 0;
+  verdict.degeneracy = forth.degeneracy;
+  verdict.photometric_median = forth.photometric_median;
+  verdict.information = forth.information;
+  verdict.T_candidate_query = coarse.T_ref_cur * forth.T_ref_cur;
+  if (!forth.solved) return refuse("too_few_points");
+  if (forth.inlier_ratio < options_.inlier_ratio) return refuse("inlier_ratio");
+  if (forth.overlap * forth.inlier_ratio < options_.overlap) return refuse("overlap");
+  if (forth.rms_sigma > options_.rms_sigma) return refuse("rms_sigma");
+  if (forth.degeneracy < options_.degeneracy) return refuse("degenerate");
+  if (forth.photometric_median > options_.photometric_median) return refuse("photometric");
+
+  constexpr size_t kCompareLevel = 2;
+  const DepthAgreement agreement = compareDepth(predicted_[kCompareLevel], query.pyramid[kCompareLevel],
+                                                forth.T_ref_cur, options_.behind_m, options_.noise);
+  verdict.seen_through = agreement.behind;
+  if (agreement.behind > options_.seen_through) return refuse("seen_through");
+  if (agreement.agree < 0.5) return refuse("depth_disagrees");
+
+  const Alignment back = align(query.fine, predicted_, forth.T_ref_cur.inverse(), options, workspace_);
+  const Pose loop = forth.T_ref_cur * back.T_ref_cur;
+  verdict.round_trip_m = loop.translation().norm();
+  verdict.round_trip_rad = loop.angle();
+  if (!back.solved || verdict.round_trip_m > options_.round_trip_m || verdict.round_trip_rad > options_.round_trip_rad)
+    return refuse("round_trip");
+
+  verdict.accepted = true;
+  verdict.reason = "accepted";
+  return verdict;
+}
+
+}  // namespace comap

@@ -1,0 +1,45 @@
+// Is this the same place? Coarse alignment from several seeds, then full alignment to the view predicted from the
+// candidate's map, both ways, and gates that do not depend on the number of pixels (A 9.2, 9.3).
+#pragma once
+
+#include "mapping_core/rgbd/alignment.h"
+#include "mapping_core/surfels/surfel_map.h"
+#include "mapping_core/verify/keyframe_view.h"
+#include "protocol/types/messages.h"
+
+namespace comap {
+
+struct VerifierOptions {
+  float depth_max_m = 6.0f;
+  double coarse_inlier_ratio = 0.30;  ///< below it the full stage is not worth its time
+  double inlier_ratio = 0.55;         ///< inliers / compared
+  double overlap = 0.35;              ///< share of the predicted surface that the query sees and agrees with
+  double rms_sigma = 1.5;
+  double degeneracy = 1e-3;
+  double photometric_median = 25;  ///< grey levels
+  double seen_through = 0.05;      ///< share of pixels
+  double behind_m = 0.05;          ///< how far behind the map's surface counts as seen through
+  double round_trip_m = 0.02, round_trip_rad = 0.0175;
+  double seed_rad = 0.2;  ///< yaw and pitch of the extra seeds
+  DepthNoiseModel noise;
+};
+
+/// Thread rule: one thread (it keeps buffers).
+class MatchVerifier {
+ public:
+  explicit MatchVerifier(const VerifierOptions& options) : options_(options) {}
+
+  /// Verifies that `query` sees what `candidate` saw. `map` is the surfel map that holds the candidate, which stands
+  /// at T_map_candidate in it. Every outcome is a verdict; an error is only a failing device.
+  Result<MatchVerdict> verify(const KeyframeView& query, const KeyframeView& candidate, SurfelMap& map,
+                              const Pose& T_map_candidate);
+
+ private:
+  Alignment alignCoarse(const KeyframeView& query, const KeyframeView& candidate);
+
+  VerifierOptions options_;
+  AlignmentWorkspace workspace_;
+  Pyramid predicted_;
+};
+
+}  // namespace comap

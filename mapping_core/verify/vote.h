@@ -1,0 +1,39 @@
+// Several independent closures must agree before two maps become one (A 9.3): one match can be wrong, two that say
+// the same from different places hardly ever.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "mapping_core/graph/closure.h"
+
+namespace comap {
+
+struct VoteOptions {
+  size_t needed = 2;          ///< closures from different query keyframes
+  double agree_m = 0.10;      ///< measured where the query stands, not at the far origin
+  double agree_rad = 0.0873;  ///< 5 degrees
+};
+
+using Together = std::function<bool(const KeyframeId&, const KeyframeId&)>;
+
+/// Accepted closures between maps that are not one yet.
+class VoteBox {
+ public:
+  explicit VoteBox(const VoteOptions& options) : options_(options) {}
+
+  /// Adds a closure. Returns all pending closures between the same two maps that agree with it (itself first) once
+  /// there are enough; they leave the box, turned so that their queries are in its query's map. `together` tells
+  /// whether two keyframes are in one map; `T_map_cam` has the poses of all keyframes in their maps.
+  std::optional<std::vector<Closure>> cast(const Closure& closure, const Together& together,
+                                           const std::map<KeyframeId, Pose>& T_map_cam);
+  size_t pending() const { return pending_.size(); }
+
+ private:
+  VoteOptions options_;
+  std::vector<Closure> pending_;
+};
+
+}  // namespace comap
