@@ -1,0 +1,18 @@
+// Acknowledgement <-> bytes.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "protocol/types/messages.h"
+#include "protocol/types/result.h"
+
+namespace comap {
+
+/// kWrongUse, naming the field, if a value breaks a limit.
+Result<std::vector<uint8_t>> encodeAcknowledgement(const Acknowledgement& acknowledgement);
+/// kBadData for damaged bytes, another protocol major, or a value beyond its limit.
+Result<Acknowledgement> decodeAcknowledgement(std::span<const uint8_t> bytes);
+
+}  // namespace comap

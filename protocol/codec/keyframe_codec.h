@@ -1,0 +1,29 @@
+// Keyframe <-> bytes: colour as JPEG, depth lossless, fern code packed.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "protocol/codec/colour_codec.h"
+#include "protocol/types/keyframe.h"
+#include "protocol/types/result.h"
+
+namespace comap {
+
+/// kWrongUse, naming the field, if a value breaks a limit or the images are not of the camera's size.
+/// T_prev_this and its information travel only if `linked`.
+Result<std::vector<uint8_t>> encodeKeyframe(const Keyframe& keyframe, int jpeg_quality = kDefaultJpegQuality);
+/// kBadData for damaged bytes, another protocol major, or a value beyond its limit.
+Result<Keyframe> decodeKeyframe(std::span<const uint8_t> bytes);
+
+/// Which keyframe an encoded one is, and when it was taken.
+struct KeyframeHead {
+  KeyframeId id;
+  int64_t stamp_ns = 0;
+};
+
+/// As decodeKeyframe, without looking at the images or anything behind them: about 0.1 ms.
+Result<KeyframeHead> decodeKeyframeId(std::span<const uint8_t> bytes);
+
+}  // namespace comap
