@@ -106,13 +106,14 @@ Buffer::State::~State() {
   if (memory) vkFreeMemory(context->device, memory, nullptr);
 }
 
-Result<Buffer> Buffer::create(const Device& device, size_t bytes, const char* name) {
-  if (bytes > device.maxBufferBytes()) {
+Result<Buffer> Buffer::create(Context& context, size_t bytes, const char* name) {
+  const uint64_t most = context.physical.properties.limits.maxStorageBufferRange;
+  if (bytes > most) {
     return Error{ErrorCode::kOutOfMemory, std::string("buffer '") + name + "' needs " + std::to_string(bytes) +
-                                              " bytes, device " + device.info().name + " allows at most " +
-                                              std::to_string(device.maxBufferBytes())};
+                                              " bytes, device " + context.physical.info.name + " allows at most " +
+                                              std::to_string(most)};
   }
-  auto state = allocateBuffer(device.context(), std::max<size_t>(bytes, 16), name, MemoryUse::kDevice);
+  auto state = allocateBuffer(context, std::max<size_t>(bytes, 16), name, MemoryUse::kDevice);
   if (!state) return state.error();
   return Buffer(std::move(*state));
 }

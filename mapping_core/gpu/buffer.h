@@ -15,9 +15,9 @@ class Buffer {
  public:
   /// An empty handle, of 0 bytes.
   Buffer();
-  /// Content is undefined. kOutOfMemory if it is larger than maxBufferBytes() or does not fit into memory.
+  /// Content is undefined. kOutOfMemory if it is larger than Device::maxBufferBytes() or does not fit into memory.
   /// `name` appears in errors and validation messages.
-  static Result<Buffer> create(const Device& device, size_t bytes, const char* name);
+  static Result<Buffer> create(Context& context, size_t bytes, const char* name);
   Buffer(Buffer&&) noexcept;
   Buffer& operator=(Buffer&&) noexcept;
   ~Buffer();

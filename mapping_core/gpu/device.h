@@ -50,7 +50,7 @@ class Device {
   /// The texts of the first few of them.
   std::vector<std::string> validationMessages() const;
 
-  /// For the other classes of this folder; stays valid when the Device is moved.
+  /// What buffers, kernels and recorders are made with; stays valid when the Device is moved.
   Context& context() const { return *context_; }
 
  private:

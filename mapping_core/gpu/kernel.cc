@@ -50,9 +50,8 @@ Result<void> createPipeline(Context& context, Kernel& kernel, std::span<const ui
 
 }  // namespace
 
-Result<const Kernel*> findKernel(const Device& device, const KernelSource& source) {
+Result<const Kernel*> findKernel(Context& context, const KernelSource& source) {
   assert(source.push_bytes <= 128 && source.push_bytes % 4 == 0);
-  Context& context = device.context();
   const auto found = context.kernels.find(source.name);
   if (found != context.kernels.end()) return found->second.get();
   auto kernel = std::make_unique<Kernel>();

@@ -19,6 +19,6 @@ struct KernelSource {
 struct Kernel;
 
 /// Compiles at first use and keeps it with the device; the pointer lives as long as the device.
-Result<const Kernel*> findKernel(const Device& device, const KernelSource& source);
+Result<const Kernel*> findKernel(Context& context, const KernelSource& source);
 
 }  // namespace comap::gpu

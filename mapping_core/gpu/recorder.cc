@@ -37,8 +37,7 @@ struct Recorder::State {
   }
 };
 
-Result<Recorder> Recorder::begin(const Device& device) {
-  Context& context = device.context();
+Result<Recorder> Recorder::begin(Context& context) {
   auto state = std::make_unique<State>();
   state->context = &context;
   VkCommandBufferAllocateInfo info{VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO};

@@ -19,7 +19,7 @@ struct KernelTime {
 /// Buffers must live until submit() returns.
 class Recorder {
  public:
-  static Result<Recorder> begin(const Device& device);
+  static Result<Recorder> begin(Context& context);
   Recorder(Recorder&&) noexcept;
   Recorder& operator=(Recorder&&) noexcept;
   ~Recorder();

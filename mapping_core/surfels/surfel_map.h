@@ -22,7 +22,7 @@ struct Surfel {
   float radius = 0;
   float confidence = 0;  ///< sum of fused measurement weights
   Rgb colour;
-  uint32_t owner = 0;        ///< index of the keyframe it moves with: the one that created it
+  uint32_t owner = 0;         ///< index of the keyframe it moves with: the one that created it
   uint32_t contributors = 0;  ///< bit per robot
   uint32_t observations = 0;  ///< keyframes fused into it
 };
@@ -45,7 +45,7 @@ struct FusionReport {
 /// What a camera would see of the map. Invalid pixels have depth 0.
 struct PredictedView {
   CameraModel camera;
-  Image<float> depth_m;  ///< along the optical axis, ray-disc hit
+  Image<float> depth_m;           ///< along the optical axis, ray-disc hit
   Image<Eigen::Vector3f> normal;  ///< in the camera's frame
   ColourImage colour;
   Image<float> confidence;

@@ -1,0 +1,77 @@
+// The push-constant blocks of the kernels, member by member as in shaders/.
+#pragma once
+
+#include <cstdint>
+
+#include "mapping_core/surfels/surfel_map.h"
+
+namespace comap {
+
+/// FRAME_FIELDS in shaders/common/frame.glsl.
+struct FramePush {
+  float rows[12] = {};  ///< of T_cam_map
+  float fx = 0, fy = 0, cx = 0, cy = 0;
+  uint32_t width = 0, height = 0;
+  float noise_floor = 0, noise_factor = 0;
+};
+
+FramePush framePush(const CameraModel& camera, const Pose& T_map_cam, const FusionParameters& parameters);
+
+struct FilterDepthPush {
+  uint32_t width, height, along_columns;
+  float noise_floor, noise_factor;
+};
+
+struct AssociatePush : FramePush {
+  uint32_t count;
+  float depth_min, depth_max, stable_confidence;
+};
+
+struct FusePush : FramePush {
+  uint32_t count;
+  float averaging_limit;
+  uint32_t contributor;
+};
+
+struct CleanUpPush : FramePush {
+  uint32_t count;
+  float stable_confidence;
+  uint32_t unstable_timeout;
+};
+
+struct CountNewPush : FramePush {
+  uint32_t candidates;
+};
+
+struct InsertPush : FramePush {
+  uint32_t candidates, count, owner, contributor;
+};
+
+struct ScanBlocksPush {
+  uint32_t count, total_slot;
+};
+
+struct CountAlivePush {
+  uint32_t count;
+};
+
+struct CompactPush {
+  uint32_t count, pairs;
+};
+
+struct SplatPush : FramePush {
+  uint32_t count;
+  float min_confidence, max_depth;
+  uint32_t both_sides;
+};
+
+struct ResolvePush : FramePush {
+  float min_confidence, max_depth;
+  uint32_t both_sides;
+};
+
+struct MoveOwnersPush {
+  uint32_t count, owners;
+};
+
+}  // namespace comap

@@ -1,0 +1,42 @@
+// Surfels in device memory, as a structure of arrays; see shaders/common/surfel.glsl for what the words mean.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "mapping_core/gpu/buffer.h"
+#include "mapping_core/surfels/surfel_map.h"
+
+namespace comap {
+
+/// Most surfels in one map: 16 bytes of each fit into a buffer of 128 MiB, and their index into 23 bits.
+inline constexpr size_t kMostSurfels = (1u << 23) - 1;
+
+struct SurfelStreams {
+  gpu::Buffer places;   ///< 16 bytes a surfel
+  gpu::Buffer shapes;   ///< 16 bytes
+  gpu::Buffer looks;    ///< 16 bytes
+  gpu::Buffer records;  ///< 8 bytes
+  size_t capacity = 0;
+
+  static Result<SurfelStreams> create(gpu::Context& context, size_t capacity);
+  /// At least `needed` surfels of room, the first `used` kept; doubles. kOutOfMemory beyond kMostSurfels.
+  Result<void> reserve(gpu::Context& context, size_t needed, size_t used);
+};
+
+struct StreamRows {
+  std::vector<std::array<float, 4>> places, shapes;
+  std::vector<std::array<uint32_t, 4>> looks;
+  std::vector<std::array<uint32_t, 2>> records;
+};
+
+/// A surfel from outside has no record: its precision is taken to be its confidence.
+StreamRows pack(std::span<const Surfel> surfels);
+/// Without those that are removed.
+std::vector<Surfel> unpack(const StreamRows& rows);
+
+Result<StreamRows> readRows(const SurfelStreams& streams, size_t count);
+Result<void> writeRows(SurfelStreams& streams, const StreamRows& rows, size_t first);
+
+}  // namespace comap

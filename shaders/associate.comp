@@ -1,0 +1,116 @@
+// What the keyframe says about each surfel of the map, and which surfel it would update with each pixel.
+// Reads place and shape, the keyframe's measurements and its raw inverse depth. Writes a match word per surfel, the
+// winning surfel per pixel (the surest, then nearest to the ray, then oldest), and marks the pixels that need no new
+// surfel because a disc covers them. One work item = one surfel.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#include "common/frame.glsl"
+#include "common/surfel.glsl"
+layout(local_size_x = 128) in;
+layout(std430, binding = 0) readonly buffer Places { vec4 places[]; };
+layout(std430, binding = 1) readonly buffer Shapes { vec4 shapes[]; };
+layout(std430, binding = 2) readonly buffer Measurements { vec4 measurements[]; };
+layout(std430, binding = 3) readonly buffer Raw { float inverse_depth[]; };
+layout(std430, binding = 4) writeonly buffer Matches { uint matches[]; };
+layout(std430, binding = 5) buffer Winners { uint winners[]; };
+layout(std430, binding = 6) buffer Covered { uint covered[]; };
+layout(push_constant) uniform Push {
+  FRAME_FIELDS
+  uint count;
+  float depth_min;
+  float depth_max;
+  float stable_confidence;
+} push;
+
+const float kNearest = 0.05;            // m
+const float kSameSurfaceCosine = 0.5;   // 60 deg: the same surface, whatever its normal's noise
+const float kFitCosine = 0.8775826;     // 0.5 rad
+const float kSeenThroughCosine = 0.2;   // surfels more slanted are not judged
+const int kSilhouette = 2;              // pixels around that must all lie behind
+const float kFootprint = 8.0;           // pixels
+
+// True if all around the pixel the camera looks at surfaces clearly behind depth z.
+bool seesThrough(ivec2 pixel, float z) {
+  bool through = true;
+  for (int y = -kSilhouette; y <= kSilhouette; y += kSilhouette) {
+    for (int x = -kSilhouette; x <= kSilhouette; x += kSilhouette) {
+      ivec2 at = pixel + ivec2(x, y);
+      bool inside = at.x >= 0 && at.y >= 0 && at.x < int(push.width) && at.y < int(push.height);
+      float d = inside ? inverse_depth[at.y * int(push.width) + at.x] : 0.0;
+      float behind = 1.0 / max(d, 1e-6);
+      through = through && d > 0.0 && behind - z > max(0.01, 3.0 * sigmaOf(behind));
+    }
+  }
+  return through;
+}
+
+// Marks the pixels where new surfels could start and the disc already lies.
+void cover(vec3 position, vec3 normal, float radius, float gate) {
+  vec2 centre = project(position);
+  float reach = min(radius / position.z * focalLength(), kFootprint);
+  ivec2 low = max((ivec2(floor(centre - reach)) + 1) & ~1, ivec2(0));
+  ivec2 high = min(ivec2(floor(centre + reach)), ivec2(push.width, push.height) - 1);
+  for (int y = low.y; y <= high.y; y += 2) {
+    for (int x = low.x; x <= high.x; x += 2) {
+      int at = y * int(push.width) + x;
+      vec4 m = measurements[at];
+      vec3 offset = rayOf(vec2(x, y)) * m.w - position;
+      float height = dot(normal, offset);
+      bool on = m.w > 0.0 && abs(height) < gate && dot(offset, offset) - height * height < radius * radius &&
+                dot(normal, m.xyz) > kSameSurfaceCosine;
+      if (on) atomicOr(covered[at], 1u);
+    }
+  }
+}
+
+void main() {
+  uint i = gl_GlobalInvocationID.x;
+  if (i >= push.count) return;
+  vec4 place = places[i];
+  vec3 position = toCamera(place.xyz);
+  vec2 at = project(position);
+  ivec2 pixel = ivec2(floor(at + 0.5));
+  bool visible = place.w >= 0.0 && position.z > kNearest && pixel.x >= 0 && pixel.y >= 0 &&
+                 pixel.x < int(push.width) && pixel.y < int(push.height);
+  uint word = 0u;
+  // A loop, as software devices skip those that no lane enters but not branches.
+  for (int once = 0; once < int(visible); ++once) {
+    vec4 shape = shapes[i];
+    vec3 normal = rotateToCamera(shape.xyz);
+    uint index = uint(pixel.y) * push.width + uint(pixel.x);
+    vec4 m = measurements[index];
+    float raw = inverse_depth[index];
+    vec3 ray = vec3(position.xy / position.z, 1.0);
+    float ray_length = length(ray);
+    float facing = -dot(normal, ray) / ray_length;
+    bool in_range = position.z > push.depth_min && position.z < push.depth_max;
+    bool measured = m.w > 0.0;
+
+    // Depth of the measured plane along the surfel's own ray, so that slant and pixel centres do not matter.
+    vec3 seen = rayOf(vec2(pixel)) * m.w;
+    float plane_depth = measured ? dot(m.xyz, seen) / dot(m.xyz, ray) : 0.0;
+    float in_front = (plane_depth - position.z) * ray_length;
+    float gate = gateOf(plane_depth);
+    float agreement = dot(normal, m.xyz);
+    bool supported = measured && in_range && abs(in_front) < gate && agreement > kSameSurfaceCosine;
+    bool fits = supported && (agreement > kFitCosine || place.w < push.stable_confidence);
+
+    bool maybe_through = !supported && raw > 0.0 && 1.0 / max(raw, 1e-6) > position.z && abs(facing) > kSeenThroughCosine;
+    bool through = false;
+    for (int check = 0; check < int(maybe_through); ++check) through = seesThrough(pixel, position.z);
+
+    if (supported) word = fits ? kSupported | kFits : kSupported;
+    else if (through) word = kViolated;
+    else if (measured && in_range && facing > kSeenThroughCosine && in_front > -gate) word = kMissed;
+    word |= index << kPixelShift;
+
+    for (int mark = 0; mark < int(supported); ++mark) cover(position, normal, shape.w, gate);
+    if (fits) {
+      vec2 miss = at - vec2(pixel);
+      uint distance = uint(min(dot(miss, miss) * 508.0, 254.0));
+      uint rank = place.w >= push.stable_confidence ? distance : 255u + distance;
+      atomicMin(winners[index], rank << kRankShift | i);
+    }
+  }
+  matches[i] = word;
+}

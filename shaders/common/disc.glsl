@@ -1,0 +1,43 @@
+// A surfel's disc in a view. Needs common/frame.glsl and push.both_sides, push.max_depth, push.min_confidence.
+struct Disc {
+  vec3 position;  // in the camera's frame
+  vec3 normal;
+  float radius;
+  bool visible;
+  ivec2 low;   // footprint, pixels
+  ivec2 high;
+};
+
+const float kNearest = 0.05;        // m
+const float kGrazingCosine = 0.09;  // 85 deg
+const float kFootprint = 32.0;      // most pixels from the centre to the rim
+
+Disc discOf(vec4 place, vec4 shape) {
+  Disc disc;
+  disc.position = toCamera(place.xyz);
+  disc.normal = rotateToCamera(shape.xyz);
+  disc.radius = shape.w;
+  float z = disc.position.z;
+  float facing = -dot(disc.normal, disc.position) / length(disc.position);
+  facing = push.both_sides != 0u ? abs(facing) : facing;
+  disc.visible = place.w >= push.min_confidence && z > kNearest && z < push.max_depth && facing > kGrazingCosine;
+
+  // The disc reaches r sqrt(1 - n_a^2) along axis a.
+  vec3 extent = disc.radius * sqrt(max(1.0 - disc.normal * disc.normal, vec3(0.0)));
+  float nearest = max(z - extent.z, 0.5 * z);
+  vec2 centre = project(disc.position);
+  vec2 reach = (extent.xy + abs(disc.position.xy / z) * extent.z) * abs(push.intrinsics.xy) / nearest;
+  reach = min(reach, vec2(kFootprint));
+  vec2 size = vec2(push.width, push.height);
+  disc.visible = disc.visible && all(greaterThan(centre + reach, vec2(-0.5))) && all(lessThan(centre - reach, size));
+  disc.low = ivec2(max(ceil(centre - reach), vec2(0.0)));
+  disc.high = ivec2(min(floor(centre + reach), size - 1.0));
+  return disc;
+}
+
+// Where the ray meets the disc's plane: depth, and squared distance from the centre relative to the radius.
+vec2 hit(Disc disc, vec3 ray) {
+  float depth = dot(disc.normal, disc.position) / dot(disc.normal, ray);
+  vec3 offset = ray * depth - disc.position;
+  return vec2(depth, dot(offset, offset) / (disc.radius * disc.radius));
+}

@@ -1,0 +1,33 @@
+// What one pixel of a keyframe says about the surface, beyond its depth and normal. Needs common/frame.glsl.
+
+// Pixels between two new surfels: 2, or more where that would be closer than about 5 mm.
+uint strideOf(float z) {
+  float pixel_m = z / focalLength();
+  return pixel_m >= 0.00175 ? 2u : (pixel_m >= 0.000875 ? 4u : 8u);
+}
+
+// A disc that reaches half the diagonal to the next, grown with slant up to twice.
+float radiusOf(float z, float normal_z) {
+  float flat_radius = 0.70710678 * float(strideOf(z)) * z / focalLength();
+  return min(flat_radius / max(abs(normal_z), 1e-3), 2.0 * flat_radius);
+}
+
+// Weight for the distance from the image's centre: 1 there, 0.25 in a corner.
+float radialWeightOf(vec2 pixel) {
+  vec2 half_size = 0.5 * vec2(push.width, push.height);
+  vec2 offset = pixel - push.intrinsics.zw;
+  return exp(-dot(offset, offset) / dot(half_size, half_size) / 0.72);
+}
+
+const float kReferenceDepth = 2.0;
+
+// What the measurement adds to a surfel's confidence.
+float confidenceOf(vec2 pixel, float z) {
+  return radialWeightOf(pixel) * clamp(sigmaOf(kReferenceDepth) / sigmaOf(z), 0.5, 1.0);
+}
+
+// Its weight in the running average: inverse variance, 1 at the reference depth.
+float precisionOf(vec2 pixel, float z) {
+  float ratio = sigmaOf(kReferenceDepth) / sigmaOf(z);
+  return radialWeightOf(pixel) * clamp(ratio * ratio, 0.02, 8.0);
+}

@@ -1,0 +1,48 @@
+// Appends a surfel for each candidate pixel that starts one, in raster order.
+// Reads measurements, colours, covered marks and scanned blocks; writes the streams from `count` on.
+// One workgroup = one block of 1024 candidates.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#include "common/frame.glsl"
+#include "common/scan.glsl"
+#include "common/surfel.glsl"
+layout(local_size_x = 128) in;
+layout(std430, binding = 0) readonly buffer Measurements { vec4 measurements[]; };
+layout(std430, binding = 1) readonly buffer Covered { uint covered[]; };
+layout(std430, binding = 2) readonly buffer Blocks { uint blocks[]; };
+layout(std430, binding = 3) readonly buffer Colours { uint colours[]; };
+layout(std430, binding = 4) writeonly buffer Places { vec4 places[]; };
+layout(std430, binding = 5) writeonly buffer Shapes { vec4 shapes[]; };
+layout(std430, binding = 6) writeonly buffer Looks { uvec4 looks[]; };
+layout(std430, binding = 7) writeonly buffer Records { uvec2 records[]; };
+layout(push_constant) uniform Push {
+  FRAME_FIELDS
+  uint candidates;
+  uint count;
+  uint owner;
+  uint contributor;
+} push;
+#include "common/measurement.glsl"
+#include "common/insertion.glsl"
+
+void write(uint slot, uint index) {
+  vec4 m = measurements[index];
+  vec2 pixel = vec2(index % push.width, index / push.width);
+  uint c = colours[index];
+  vec3 colour = vec3(c & 0xffu, c >> 8 & 0xffu, c >> 16 & 0xffu) * 256.0;
+  places[slot] = vec4(toMap(rayOf(pixel) * m.w), confidenceOf(pixel, m.w));
+  shapes[slot] = vec4(rotateToMap(m.xyz), radiusOf(m.w, m.z));
+  looks[slot] = packLook(colour, 1u, push.owner, push.contributor);
+  records[slot] = uvec2(floatBitsToUint(precisionOf(pixel, m.w)), 0u);
+}
+
+void main() {
+  uint thread = gl_LocalInvocationID.x;
+  uint first = gl_WorkGroupID.x * kThreads * kFlagsPerThread + thread * kFlagsPerThread;
+  uint flags = 0u;
+  for (uint k = 0u; k < kFlagsPerThread; ++k) flags |= startsSurfel(first + k) ? 1u << k : 0u;
+  uint slot = push.count + blocks[gl_WorkGroupID.x] + scanThreads(uint(bitCount(flags)));
+  for (uint k = 0u; k < kFlagsPerThread; ++k) {
+    if ((flags >> k & 1u) != 0u) write(slot++, candidatePixel(first + k));
+  }
+}

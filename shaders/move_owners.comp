@@ -1,0 +1,26 @@
+// Moves each surfel rigidly with the keyframe it belongs to. Reads look (owner) and three rows of T_new_old per owner;
+// updates place and shape. Owners beyond the list stay. One work item = one surfel.
+#version 450
+layout(local_size_x = 128) in;
+layout(std430, binding = 0) buffer Places { vec4 places[]; };
+layout(std430, binding = 1) buffer Shapes { vec4 shapes[]; };
+layout(std430, binding = 2) readonly buffer Looks { uvec4 looks[]; };
+layout(std430, binding = 3) readonly buffer Motions { vec4 motions[]; };
+layout(push_constant) uniform Push {
+  uint count;
+  uint owners;
+} push;
+
+void main() {
+  uint i = gl_GlobalInvocationID.x;
+  if (i >= push.count) return;
+  uint owner = looks[i].z;
+  if (owner >= push.owners) return;
+  vec4 row0 = motions[3u * owner];
+  vec4 row1 = motions[3u * owner + 1u];
+  vec4 row2 = motions[3u * owner + 2u];
+  vec4 x = vec4(places[i].xyz, 1.0);
+  vec3 n = shapes[i].xyz;
+  places[i].xyz = vec3(dot(row0, x), dot(row1, x), dot(row2, x));
+  shapes[i].xyz = vec3(dot(row0.xyz, n), dot(row1.xyz, n), dot(row2.xyz, n));
+}
