@@ -28,6 +28,7 @@ const float kFitCosine = 0.8775826;     // 0.5 rad
 const float kSeenThroughCosine = 0.2;   // surfels more slanted are not judged
 const int kSilhouette = 2;              // pixels around that must all lie behind
 const float kFootprint = 8.0;           // pixels
+const float kCovers = 0.7;              // of the squared radius: discs overlap, holes between three of them do not stay
 
 // True if all around the pixel the camera looks at surfaces clearly behind depth z.
 bool seesThrough(ivec2 pixel, float z) {
@@ -56,7 +57,7 @@ void cover(vec3 position, vec3 normal, float radius, float gate) {
       vec4 m = measurements[at];
       vec3 offset = rayOf(vec2(x, y)) * m.w - position;
       float height = dot(normal, offset);
-      bool on = m.w > 0.0 && abs(height) < gate && dot(offset, offset) - height * height < radius * radius &&
+      bool on = m.w > 0.0 && abs(height) < gate && dot(offset, offset) - height * height < kCovers * radius * radius &&
                 dot(normal, m.xyz) > kSameSurfaceCosine;
       if (on) atomicOr(covered[at], 1u);
     }

@@ -6,10 +6,10 @@ uint strideOf(float z) {
   return pixel_m >= 0.00175 ? 2u : (pixel_m >= 0.000875 ? 4u : 8u);
 }
 
-// A disc that reaches half the diagonal to the next, grown with slant up to twice.
+// A disc that reaches a little more than half the diagonal to the next, grown with slant up to four times.
 float radiusOf(float z, float normal_z) {
-  float flat_radius = 0.70710678 * float(strideOf(z)) * z / focalLength();
-  return min(flat_radius / max(abs(normal_z), 1e-3), 2.0 * flat_radius);
+  float flat_radius = 0.85 * float(strideOf(z)) * z / focalLength();
+  return flat_radius / max(abs(normal_z), 0.25);
 }
 
 // Weight for the distance from the image's centre: 1 there, 0.25 in a corner.
