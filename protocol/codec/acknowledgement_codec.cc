@@ -31,6 +31,7 @@ Result<std::vector<uint8_t>> encodeAcknowledgement(const Acknowledgement& acknow
   message.set_session(acknowledgement.session);
   message.set_next_expected(acknowledgement.next_expected);
   message.mutable_also_held()->Add(acknowledgement.also_held.begin(), acknowledgement.also_held.end());
+  message.set_mapped_below(acknowledgement.mapped_below);
   message.set_refusal(acknowledgement.refusal);
   return codec::serialise(message, "ack", kMaxListMessageBytes);
 }
@@ -39,7 +40,7 @@ Result<Acknowledgement> decodeAcknowledgement(std::span<const uint8_t> bytes) {
   const auto message = codec::parse<v1::Acknowledgement>(bytes, "ack", kMaxListMessageBytes);
   if (!message) return message.error();
   Acknowledgement acknowledgement{
-      message->robot(), message->session(), message->next_expected(), {}, message->refusal()};
+      message->robot(), message->session(), message->next_expected(), {}, message->mapped_below(), message->refusal()};
   const auto sized =
       codec::Check("ack").count("also_held", static_cast<size_t>(message->also_held_size()), kMaxAlsoHeld);
   if (!sized.ok()) return sized.error(ErrorCode::kBadData);

@@ -26,6 +26,7 @@ struct Acknowledgement {
   uint64_t session = 0;
   uint32_t next_expected = 0;
   std::vector<uint32_t> also_held;
+  uint32_t mapped_below = 0;  ///< every sequence below is in the map too
   std::string refusal;  ///< empty = welcome
 };
 

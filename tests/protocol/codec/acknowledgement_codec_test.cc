@@ -14,6 +14,7 @@ Acknowledgement sample(samples::Random& random) {
                       random(),
                       static_cast<uint32_t>(samples::uniform(random, 0, 100000)),
                       {},
+                      static_cast<uint32_t>(samples::uniform(random, 0, 100000)),
                       samples::uniform(random, 0, 1) ? "another fern book" : ""};
   uint32_t sequence = ack.next_expected;
   for (int n = samples::uniform(random, 0, 50); n > 0; --n) {
@@ -35,6 +36,7 @@ TEST(AcknowledgementCodec, RoundTrip) {
     EXPECT_EQ(back->session, ack.session);
     EXPECT_EQ(back->next_expected, ack.next_expected);
     EXPECT_EQ(back->also_held, ack.also_held);
+    EXPECT_EQ(back->mapped_below, ack.mapped_below);
     EXPECT_EQ(back->refusal, ack.refusal);
   }
 }
