@@ -1,0 +1,253 @@
+#include "mapping_core/store/database.h"
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace comap {
+namespace {
+
+constexpr int kBusyTimeout_ms = 10000;
+constexpr int kMaxValueBytes = 256 << 20;  // what a damaged file can make us allocate at once
+
+ErrorCode codeOf(int code) {
+  if (code == SQLITE_IOERR_SHORT_READ) return ErrorCode::kBadData;
+  switch (code & 0xff) {
+    case SQLITE_CORRUPT:
+    case SQLITE_NOTADB:
+    case SQLITE_FORMAT:
+    case SQLITE_ERROR:  // a table or column is missing: the file is not what its version says
+      return ErrorCode::kBadData;
+    case SQLITE_CONSTRAINT:
+    case SQLITE_TOOBIG:
+    case SQLITE_MISUSE:
+      return ErrorCode::kWrongUse;
+    case SQLITE_NOMEM:
+      return ErrorCode::kOutOfMemory;
+    default:
+      return ErrorCode::kUnreachable;
+  }
+}
+
+const char* adviceFor(int code) {
+  switch (code & 0xff) {
+    case SQLITE_FULL:
+      return " (no space left; nothing was written)";
+    case SQLITE_READONLY:
+      return " (the store is open for reading only, or write protected)";
+    case SQLITE_BUSY:
+      return " (another process is writing to it)";
+    case SQLITE_NOTADB:
+      return " (no map store)";
+    case SQLITE_CORRUPT:
+      return " (the file is damaged)";
+    default:
+      return "";
+  }
+}
+
+}  // namespace
+
+Query::Query(Query&& other) noexcept
+    : database_(other.database_), statement_(std::exchange(other.statement_, nullptr)) {}
+
+Query::~Query() {
+  if (statement_ == nullptr) return;
+  sqlite3_reset(statement_);
+  sqlite3_clear_bindings(statement_);
+}
+
+void Query::note(int code) {
+  if (bind_code_ == SQLITE_OK) bind_code_ = code;
+}
+
+Query& Query::bind(int64_t value) {
+  note(sqlite3_bind_int64(statement_, ++parameter_, value));
+  return *this;
+}
+
+Query& Query::bind(double value) {
+  note(sqlite3_bind_double(statement_, ++parameter_, value));
+  return *this;
+}
+
+Query& Query::bind(const std::string& value) {
+  note(sqlite3_bind_text64(statement_, ++parameter_, value.data(), value.size(), SQLITE_TRANSIENT, SQLITE_UTF8));
+  return *this;
+}
+
+Query& Query::bind(std::span<const uint8_t> bytes) {
+  static constexpr uint8_t kNothing = 0;  // a null pointer would mean NULL, not an empty blob
+  note(sqlite3_bind_blob64(statement_, ++parameter_, bytes.empty() ? &kNothing : bytes.data(), bytes.size(),
+                           SQLITE_STATIC));
+  return *this;
+}
+
+Query& Query::bind(const KeyframeId& id) {
+  return bind(id.robot).bind(static_cast<int64_t>(id.session)).bind(static_cast<int64_t>(id.sequence));
+}
+
+Query& Query::bind(const Pose& pose) {
+  const Eigen::Quaterniond& q = pose.rotation();
+  for (const double value : {q.x(), q.y(), q.z(), q.w()}) bind(value);
+  for (int i = 0; i < 3; ++i) bind(pose.translation()(i));
+  return *this;
+}
+
+Query& Query::bind(const Matrix6d& matrix) {
+  for (int row = 0; row < 6; ++row) {
+    for (int column = 0; column < 6; ++column) bind(matrix(row, column));
+  }
+  return *this;
+}
+
+Result<bool> Query::step() {
+  if (bind_code_ != SQLITE_OK) return database_->error(bind_code_);
+  if (!damage_.empty()) return Error{ErrorCode::kBadData, database_->path() + ": " + damage_};
+  column_ = 0;
+  const int code = sqlite3_step(statement_);
+  if (code == SQLITE_ROW) return true;
+  if (code == SQLITE_DONE) return false;
+  return database_->error(code);
+}
+
+Result<void> Query::run() {
+  const Result<bool> stepped = step();
+  if (!stepped) return stepped.error();
+  return {};
+}
+
+int64_t Query::integer() { return sqlite3_column_int64(statement_, column_++); }
+
+uint32_t Query::unsigned32() {
+  const int64_t value = sqlite3_column_int64(statement_, column_);
+  if (value < 0 || value > std::numeric_limits<uint32_t>::max()) {
+    damage_ = std::string("column ") + sqlite3_column_name(statement_, column_) + " holds " + std::to_string(value) +
+              ", expected 0 to 4294967295";
+  }
+  ++column_;
+  return static_cast<uint32_t>(value);
+}
+
+double Query::real() {
+  const int column = column_++;
+  if (sqlite3_column_type(statement_, column) == SQLITE_NULL) return std::numeric_limits<double>::quiet_NaN();
+  return sqlite3_column_double(statement_, column);
+}
+
+std::string Query::text() {
+  const int column = column_++;
+  const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
+  return text == nullptr ? std::string() : std::string(text, size_t(sqlite3_column_bytes(statement_, column)));
+}
+
+std::span<const uint8_t> Query::bytes() {
+  const int column = column_++;
+  const auto* bytes = static_cast<const uint8_t*>(sqlite3_column_blob(statement_, column));
+  return {bytes, bytes == nullptr ? 0 : size_t(sqlite3_column_bytes(statement_, column))};
+}
+
+KeyframeId Query::keyframeId() {
+  KeyframeId id;
+  id.robot = text();
+  id.session = static_cast<uint64_t>(integer());
+  id.sequence = unsigned32();
+  return id;
+}
+
+Pose Query::pose() {
+  double v[7];
+  for (double& value : v) value = real();
+  const Eigen::Quaterniond q(v[3], v[0], v[1], v[2]);
+  const Eigen::Vector3d t(v[4], v[5], v[6]);
+  if (std::isfinite(q.squaredNorm()) && std::abs(q.squaredNorm() - 1) > 1e-6) {
+    damage_ = "a pose's quaternion has length " + std::to_string(q.norm()) + ", expected 1";
+  }
+  return Pose(q, t);
+}
+
+Matrix6d Query::matrix() {
+  Matrix6d matrix;
+  for (int row = 0; row < 6; ++row) {
+    for (int column = 0; column < 6; ++column) matrix(row, column) = real();
+  }
+  return matrix;
+}
+
+Result<Database> Database::open(const std::string& path, int flags) {
+  Database database(path);
+  const int code = sqlite3_open_v2(path.c_str(), &database.handle_, flags | SQLITE_OPEN_EXRESCODE, nullptr);
+  if (code != SQLITE_OK) return database.error(code);
+  sqlite3_busy_timeout(database.handle_, kBusyTimeout_ms);
+  sqlite3_limit(database.handle_, SQLITE_LIMIT_LENGTH, kMaxValueBytes);
+  // The file may come from anywhere: its schema must not be able to do more than hold data.
+  sqlite3_db_config(database.handle_, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  sqlite3_db_config(database.handle_, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  sqlite3_db_config(database.handle_, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
+  return database;
+}
+
+Database::Database(Database&& other) noexcept
+    : path_(std::move(other.path_)),
+      handle_(std::exchange(other.handle_, nullptr)),
+      statements_(std::exchange(other.statements_, {})) {}
+
+Database& Database::operator=(Database&& other) noexcept {
+  std::swap(path_, other.path_);
+  std::swap(handle_, other.handle_);
+  std::swap(statements_, other.statements_);
+  return *this;
+}
+
+Database::~Database() {
+  for (const auto& [sql, statement] : statements_) sqlite3_finalize(statement);
+  sqlite3_close(handle_);
+}
+
+Result<Query> Database::query(const char* sql) {
+  sqlite3_stmt*& statement = statements_[sql];
+  if (statement == nullptr) {
+    const int code = sqlite3_prepare_v3(handle_, sql, -1, SQLITE_PREPARE_PERSISTENT, &statement, nullptr);
+    if (code != SQLITE_OK) return error(code);
+  }
+  return Query(*this, statement);
+}
+
+Result<void> Database::execute(const char* sql) {
+  const int code = sqlite3_exec(handle_, sql, nullptr, nullptr, nullptr);
+  if (code != SQLITE_OK) return error(code);
+  return {};
+}
+
+Result<int64_t> Database::integer(const char* sql) {
+  Result<Query> prepared = query(sql);
+  if (!prepared) return prepared.error();
+  const Result<bool> row = prepared->step();
+  if (!row) return row.error();
+  return *row ? prepared->integer() : 0;
+}
+
+int Database::changes() const { return sqlite3_changes(handle_); }
+
+Error Database::error(int code) const {
+  const char* message = handle_ != nullptr ? sqlite3_errmsg(handle_) : sqlite3_errstr(code);
+  return {codeOf(code), path_ + ": " + message + adviceFor(code)};
+}
+
+Result<Transaction> Transaction::begin(Database& database) {
+  if (Result<void> begun = database.execute("BEGIN IMMEDIATE"); !begun) return begun.error();
+  return Transaction(database);
+}
+
+Transaction::~Transaction() {
+  // Fails only where SQLite has rolled back already.
+  if (database_ != nullptr) (void)bool(database_->execute("ROLLBACK"));
+}
+
+Result<void> Transaction::commit() {
+  Result<void> committed = database_->execute("COMMIT");
+  if (committed) database_ = nullptr;
+  return committed;
+}
+
+}  // namespace comap

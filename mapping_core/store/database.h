@@ -1,0 +1,100 @@
+// A thin hold on SQLite: one connection, statements prepared once, errors as Result with the file's name in them.
+#pragma once
+
+#include <sqlite3.h>
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "protocol/types/ids.h"
+#include "protocol/types/pose.h"
+#include "protocol/types/result.h"
+
+namespace comap {
+
+class Database;
+
+/// One run of a prepared statement: bind from left to right, step, read columns from left to right. Resets itself.
+/// What is wrong with a bound value or a read column is kept and comes out of the next step().
+class Query {
+ public:
+  Query(Database& database, sqlite3_stmt* statement) : database_(&database), statement_(statement) {}
+  Query(Query&& other) noexcept;
+  Query& operator=(Query&&) = delete;
+  ~Query();
+
+  Query& bind(int64_t value);
+  Query& bind(double value);  ///< NaN becomes NULL
+  Query& bind(const std::string& value);
+  Query& bind(std::span<const uint8_t> bytes);  ///< must outlive the run
+  Query& bind(const KeyframeId& id);            ///< 3 columns
+  Query& bind(const Pose& pose);                ///< 7 columns
+  Query& bind(const Matrix6d& matrix);          ///< 36 columns
+
+  /// True: a row is there; false: done.
+  Result<bool> step();
+  /// For statements without rows.
+  Result<void> run();
+
+  int64_t integer();
+  uint32_t unsigned32();  ///< out of range: kBadData at the next step
+  double real();          ///< NULL is NaN
+  std::string text();
+  std::span<const uint8_t> bytes();  ///< valid until the next step
+  KeyframeId keyframeId();
+  Pose pose();
+  Matrix6d matrix();
+
+ private:
+  void note(int code);
+  Database* database_;
+  sqlite3_stmt* statement_;
+  int parameter_ = 0, column_ = 0;
+  int bind_code_ = SQLITE_OK;
+  std::string damage_;
+};
+
+class Database {
+ public:
+  /// `flags` as sqlite3_open_v2. kUnreachable if it cannot be opened.
+  static Result<Database> open(const std::string& path, int flags);
+  Database(Database&& other) noexcept;
+  Database& operator=(Database&& other) noexcept;
+  ~Database();
+
+  /// `sql` must be a literal: statements are kept by its address.
+  Result<Query> query(const char* sql);
+  /// Statements without parameters or rows.
+  Result<void> execute(const char* sql);
+  /// The single integer a statement yields.
+  Result<int64_t> integer(const char* sql);
+  int changes() const;
+  /// The error of the last call, in terms of `code`.
+  Error error(int code) const;
+  const std::string& path() const { return path_; }
+
+ private:
+  explicit Database(std::string path) : path_(std::move(path)) {}
+  std::string path_;
+  sqlite3* handle_ = nullptr;
+  std::map<const char*, sqlite3_stmt*> statements_;
+};
+
+/// Rolled back unless committed.
+class Transaction {
+ public:
+  static Result<Transaction> begin(Database& database);
+  Transaction(Transaction&& other) noexcept : database_(other.database_) { other.database_ = nullptr; }
+  Transaction& operator=(Transaction&&) = delete;
+  ~Transaction();
+  Result<void> commit();
+
+ private:
+  explicit Transaction(Database& database) : database_(&database) {}
+  Database* database_;
+};
+
+}  // namespace comap

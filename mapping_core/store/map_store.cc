@@ -1,0 +1,187 @@
+// Opening, keyframes and their poses, robots, meta.
+#include "mapping_core/store/map_store.h"
+
+#include <zlib.h>
+
+#include <filesystem>
+
+#include "mapping_core/store/map_store_state.h"
+#include "mapping_core/store/schema.h"
+
+namespace comap {
+namespace {
+
+namespace fs = std::filesystem;
+
+Result<void> checkFile(const std::string& path, MapStore::Mode mode) {
+  std::error_code code;
+  const fs::file_status status = fs::status(path, code);
+  if (status.type() == fs::file_type::not_found) {
+    if (mode == MapStore::Mode::kReadOnly) return Error{ErrorCode::kUnreachable, path + ": no such file"};
+    const fs::path folder = fs::absolute(path, code).parent_path();
+    if (!fs::is_directory(folder, code)) {
+      return Error{ErrorCode::kUnreachable, path + ": its folder " + folder.string() + " does not exist"};
+    }
+    return {};
+  }
+  if (code) return Error{ErrorCode::kUnreachable, path + ": " + code.message()};
+  if (status.type() == fs::file_type::directory) {
+    return Error{ErrorCode::kUnreachable, path + ": is a folder, expected a map store"};
+  }
+  return {};
+}
+
+uint32_t checksum(std::span<const uint8_t> bytes) {
+  return static_cast<uint32_t>(crc32_z(0, bytes.data(), bytes.size()));
+}
+
+// The contributor bit of the robot: its place in the order of first arrival.
+Result<void> registerRobot(Database& database, const std::string& robot) {
+  Result<Query> query = database.query(
+      "INSERT INTO robots (bit, name) SELECT count(*), ?1 FROM robots WHERE true ON CONFLICT (name) DO NOTHING");
+  if (!query) return query.error();
+  return query->bind(robot).run();
+}
+
+}  // namespace
+
+MapStore::MapStore(std::unique_ptr<State> state) : state_(std::move(state)) {}
+MapStore::MapStore(MapStore&&) noexcept = default;
+MapStore& MapStore::operator=(MapStore&&) noexcept = default;
+MapStore::~MapStore() = default;
+
+Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
+  if (Result<void> checked = checkFile(path, mode); !checked) return checked.error();
+  // Absolute, so that no name has a meaning of its own to SQLite.
+  const std::string absolute = fs::absolute(path).string();
+  const int flags = mode == Mode::kReadOnly ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+  Result<Database> database = Database::open(absolute, flags);
+  if (!database) return database.error();
+
+  Result<bool> ours = checkSchema(*database);
+  if (!ours) return ours.error();
+  if (mode == Mode::kReadOnly) {
+    if (!*ours) return Error{ErrorCode::kBadData, absolute + ": is empty, no map store"};
+    return MapStore(std::make_unique<State>(State{std::move(*database)}));
+  }
+  for (const char* pragma : {"PRAGMA journal_mode = WAL", "PRAGMA synchronous = FULL", "PRAGMA foreign_keys = ON"}) {
+    if (Result<void> set = database->execute(pragma); !set) return set.error();
+  }
+  if (!*ours) {
+    if (Result<void> created = createSchema(*database); !created) return created.error();
+  }
+  return MapStore(std::make_unique<State>(State{std::move(*database)}));
+}
+
+Result<bool> MapStore::addKeyframe(const KeyframeId& id, int64_t stamp_ns, std::span<const uint8_t> encoded) {
+  Database& database = state_->database;
+  Result<Transaction> transaction = Transaction::begin(database);
+  if (!transaction) return transaction.error();
+  if (Result<void> registered = registerRobot(database, id.robot); !registered) return registered.error();
+
+  Result<Query> row = database.query(
+      "INSERT INTO keyframes (arrival, robot, session, sequence, stamp_ns, bytes, crc32) "
+      "SELECT coalesce(max(arrival) + 1, 0), ?, ?, ?, ?, ?, ? FROM keyframes WHERE true "
+      "ON CONFLICT (robot, session, sequence) DO NOTHING");
+  if (!row) return row.error();
+  row->bind(id).bind(stamp_ns).bind(static_cast<int64_t>(encoded.size())).bind(int64_t{checksum(encoded)});
+  if (Result<void> ran = row->run(); !ran) return ran.error();
+  if (database.changes() == 0) return false;  // rolled back: nothing to write
+
+  Result<Query> message = database.query(
+      "INSERT INTO keyframe_messages (keyframe, encoded) SELECT arrival, ?4 FROM keyframes "
+      "WHERE robot = ?1 AND session = ?2 AND sequence = ?3");
+  if (!message) return message.error();
+  if (Result<void> ran = message->bind(id).bind(encoded).run(); !ran) return ran.error();
+  if (Result<void> committed = transaction->commit(); !committed) return committed.error();
+  return true;
+}
+
+Result<std::vector<StoredKeyframe>> MapStore::keyframes() const {
+  Result<Query> query = state_->database.query(
+      "SELECT robot, session, sequence, stamp_ns, arrival, bytes, map, qx, qy, qz, qw, tx, ty, tz "
+      "FROM keyframes LEFT JOIN poses ON keyframe = arrival ORDER BY arrival");
+  if (!query) return query.error();
+  std::vector<StoredKeyframe> result;
+  for (;;) {
+    const Result<bool> row = query->step();
+    if (!row) return row.error();
+    if (!*row) return result;
+    StoredKeyframe keyframe;
+    keyframe.id = query->keyframeId();
+    keyframe.stamp_ns = query->integer();
+    keyframe.arrival = query->unsigned32();
+    keyframe.bytes = query->unsigned32();
+    keyframe.map = query->text();
+    if (!keyframe.map.empty()) keyframe.T_map_cam = query->pose();
+    result.push_back(std::move(keyframe));
+  }
+}
+
+Result<std::vector<uint8_t>> MapStore::encodedKeyframe(const KeyframeId& id) const {
+  Result<Query> query = state_->database.query(
+      "SELECT crc32, encoded FROM keyframes JOIN keyframe_messages ON keyframe = arrival "
+      "WHERE robot = ? AND session = ? AND sequence = ?");
+  if (!query) return query.error();
+  const Result<bool> row = query->bind(id).step();
+  if (!row) return row.error();
+  const std::string& path = state_->database.path();
+  if (!*row) return Error{ErrorCode::kWrongUse, path + ": holds no keyframe " + toString(id)};
+  const int64_t expected = query->integer();
+  const std::span<const uint8_t> bytes = query->bytes();
+  if (checksum(bytes) != expected) {
+    return Error{ErrorCode::kBadData, path + ": keyframe " + toString(id) + " is damaged: its checksum is " +
+                                          std::to_string(checksum(bytes)) + ", expected " + std::to_string(expected)};
+  }
+  return std::vector<uint8_t>(bytes.begin(), bytes.end());
+}
+
+Result<void> MapStore::setPoses(const MapId& map, const std::map<KeyframeId, Pose>& T_map_cam) {
+  Database& database = state_->database;
+  if (map.empty()) return Error{ErrorCode::kWrongUse, database.path() + ": a map's name must not be empty"};
+  Result<Transaction> transaction = Transaction::begin(database);
+  if (!transaction) return transaction.error();
+  for (const auto& [id, pose] : T_map_cam) {
+    Result<Query> query = database.query(
+        "INSERT INTO poses (keyframe, map, qx, qy, qz, qw, tx, ty, tz) "
+        "SELECT arrival, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11 FROM keyframes "
+        "WHERE robot = ?1 AND session = ?2 AND sequence = ?3 "
+        "ON CONFLICT (keyframe) DO UPDATE SET map = excluded.map, qx = excluded.qx, qy = excluded.qy, "
+        "qz = excluded.qz, qw = excluded.qw, tx = excluded.tx, ty = excluded.ty, tz = excluded.tz");
+    if (!query) return query.error();
+    if (Result<void> ran = query->bind(id).bind(map).bind(pose).run(); !ran) return ran;
+    if (database.changes() == 0) {
+      return Error{ErrorCode::kWrongUse, database.path() + ": holds no keyframe " + toString(id) + " to give a pose"};
+    }
+  }
+  return transaction->commit();
+}
+
+Result<std::vector<std::string>> MapStore::robots() const {
+  Result<Query> query = state_->database.query("SELECT name FROM robots ORDER BY bit");
+  if (!query) return query.error();
+  std::vector<std::string> result;
+  for (;;) {
+    const Result<bool> row = query->step();
+    if (!row) return row.error();
+    if (!*row) return result;
+    result.push_back(query->text());
+  }
+}
+
+Result<void> MapStore::setMeta(const std::string& key, const std::string& value) {
+  Result<Query> query = state_->database.query(
+      "INSERT INTO meta (key, value) VALUES (?, ?) ON CONFLICT (key) DO UPDATE SET value = excluded.value");
+  if (!query) return query.error();
+  return query->bind(key).bind(value).run();
+}
+
+Result<std::string> MapStore::meta(const std::string& key) const {
+  Result<Query> query = state_->database.query("SELECT value FROM meta WHERE key = ?");
+  if (!query) return query.error();
+  const Result<bool> row = query->bind(key).step();
+  if (!row) return row.error();
+  return *row ? query->text() : std::string();
+}
+
+}  // namespace comap

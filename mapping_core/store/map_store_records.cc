@@ -1,0 +1,194 @@
+// Edges, verdicts and merges.
+#include <array>
+
+#include "mapping_core/store/map_store_state.h"
+
+namespace comap {
+namespace {
+
+#define COMAP_POSE_COLUMNS "qx, qy, qz, qw, tx, ty, tz"
+#define COMAP_INFORMATION_COLUMNS                                                              \
+  "i00, i01, i02, i03, i04, i05, i10, i11, i12, i13, i14, i15, i20, i21, i22, i23, i24, i25, " \
+  "i30, i31, i32, i33, i34, i35, i40, i41, i42, i43, i44, i45, i50, i51, i52, i53, i54, i55"
+#define COMAP_EDGE_COLUMNS                                                                                \
+  "kind, from_robot, from_session, from_sequence, to_robot, to_session, to_sequence, " COMAP_POSE_COLUMNS \
+  ", " COMAP_INFORMATION_COLUMNS
+#define COMAP_VERDICT_COLUMNS                                                                            \
+  "query_robot, query_session, query_sequence, candidate_robot, candidate_session, candidate_sequence, " \
+  "accepted, reason, fern_dissimilarity, inlier_ratio, rms_sigma, degeneracy, photometric_median, "      \
+  "seen_through, round_trip_m, round_trip_rad, " COMAP_POSE_COLUMNS ", " COMAP_INFORMATION_COLUMNS
+#define COMAP_7 "?, ?, ?, ?, ?, ?, ?"
+#define COMAP_36 \
+  "?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?"
+
+constexpr std::array<const char*, 3> kKindNames = {"odometry", "loop", "inter_robot"};
+
+Result<EdgeKind> kindOf(const std::string& name, const std::string& path) {
+  for (size_t i = 0; i < kKindNames.size(); ++i) {
+    if (name == kKindNames[i]) return static_cast<EdgeKind>(i);
+  }
+  return Error{ErrorCode::kBadData, path + ": edge kind is '" + name + "', expected odometry, loop or inter_robot"};
+}
+
+// Statements of a merge's lists: ?1 the merge, ?2 the position.
+Result<void> addMergeLists(Database& database, const MergeRecord& merge) {
+  int64_t position = 0;
+  for (const std::string& robot : merge.robots) {
+    Result<Query> query = database.query("INSERT INTO merge_robots (merge, position, robot) VALUES (?, ?, ?)");
+    if (!query) return query.error();
+    if (Result<void> ran = query->bind(int64_t{merge.number}).bind(position++).bind(robot).run(); !ran) return ran;
+  }
+  position = 0;
+  for (const KeyframeId& voter : merge.voters) {
+    Result<Query> query =
+        database.query("INSERT INTO merge_voters (merge, position, robot, session, sequence) VALUES (?, ?, ?, ?, ?)");
+    if (!query) return query.error();
+    if (Result<void> ran = query->bind(int64_t{merge.number}).bind(position++).bind(voter).run(); !ran) return ran;
+  }
+  return {};
+}
+
+Result<void> readMergeLists(Database& database, MergeRecord& merge) {
+  Result<Query> robots = database.query("SELECT robot FROM merge_robots WHERE merge = ? ORDER BY position");
+  if (!robots) return robots.error();
+  robots->bind(int64_t{merge.number});
+  for (;;) {
+    const Result<bool> row = robots->step();
+    if (!row) return row.error();
+    if (!*row) break;
+    merge.robots.push_back(robots->text());
+  }
+  Result<Query> voters =
+      database.query("SELECT robot, session, sequence FROM merge_voters WHERE merge = ? ORDER BY position");
+  if (!voters) return voters.error();
+  voters->bind(int64_t{merge.number});
+  for (;;) {
+    const Result<bool> row = voters->step();
+    if (!row) return row.error();
+    if (!*row) return {};
+    merge.voters.push_back(voters->keyframeId());
+  }
+}
+
+}  // namespace
+
+Result<void> MapStore::addEdge(const Edge& edge) {
+  // A later estimate of the same tie replaces the earlier one, in its place.
+  static const std::string kSql = [] {
+    std::string sql = "INSERT INTO edges (" COMAP_EDGE_COLUMNS ") VALUES (" COMAP_7 ", " COMAP_7 ", " COMAP_36
+                      ") ON CONFLICT (kind, from_robot, from_session, from_sequence, to_robot, to_session, "
+                      "to_sequence) DO UPDATE SET ";
+    const std::string columns = COMAP_POSE_COLUMNS ", " COMAP_INFORMATION_COLUMNS ", ";
+    for (size_t at = 0; at < columns.size();) {
+      const size_t end = columns.find(", ", at);
+      const std::string name = columns.substr(at, end - at);
+      if (at > 0) sql.append(", ");
+      sql.append(name).append(" = excluded.").append(name);
+      at = end + 2;
+    }
+    return sql;
+  }();
+  Result<Query> query = state_->database.query(kSql.c_str());
+  if (!query) return query.error();
+  return query->bind(std::string(kKindNames.at(size_t(edge.kind))))
+      .bind(edge.from)
+      .bind(edge.to)
+      .bind(edge.T_from_to)
+      .bind(edge.information)
+      .run();
+}
+
+Result<std::vector<Edge>> MapStore::edges() const {
+  Result<Query> query = state_->database.query("SELECT " COMAP_EDGE_COLUMNS " FROM edges ORDER BY number");
+  if (!query) return query.error();
+  std::vector<Edge> result;
+  for (;;) {
+    const Result<bool> row = query->step();
+    if (!row) return row.error();
+    if (!*row) return result;
+    Edge edge;
+    const Result<EdgeKind> kind = kindOf(query->text(), state_->database.path());
+    if (!kind) return kind.error();
+    edge.kind = *kind;
+    edge.from = query->keyframeId();
+    edge.to = query->keyframeId();
+    edge.T_from_to = query->pose();
+    edge.information = query->matrix();
+    result.push_back(std::move(edge));
+  }
+}
+
+Result<void> MapStore::addVerdict(const MatchVerdict& v) {
+  Result<Query> query =
+      state_->database.query("INSERT INTO verdicts (" COMAP_VERDICT_COLUMNS
+                             ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, " COMAP_7 ", " COMAP_36 ")");
+  if (!query) return query.error();
+  query->bind(v.query).bind(v.candidate).bind(int64_t{v.accepted}).bind(v.reason);
+  for (const double value : {v.fern_dissimilarity, v.inlier_ratio, v.rms_sigma, v.degeneracy, v.photometric_median,
+                             v.seen_through, v.round_trip_m, v.round_trip_rad}) {
+    query->bind(value);
+  }
+  return query->bind(v.T_candidate_query).bind(v.information).run();
+}
+
+Result<std::vector<MatchVerdict>> MapStore::verdicts() const {
+  Result<Query> query = state_->database.query("SELECT " COMAP_VERDICT_COLUMNS " FROM verdicts ORDER BY number");
+  if (!query) return query.error();
+  std::vector<MatchVerdict> result;
+  for (;;) {
+    const Result<bool> row = query->step();
+    if (!row) return row.error();
+    if (!*row) return result;
+    MatchVerdict v;
+    v.query = query->keyframeId();
+    v.candidate = query->keyframeId();
+    v.accepted = query->integer() != 0;
+    v.reason = query->text();
+    for (double* value : {&v.fern_dissimilarity, &v.inlier_ratio, &v.rms_sigma, &v.degeneracy, &v.photometric_median,
+                          &v.seen_through, &v.round_trip_m, &v.round_trip_rad}) {
+      *value = query->real();
+    }
+    v.T_candidate_query = query->pose();
+    v.information = query->matrix();
+    result.push_back(std::move(v));
+  }
+}
+
+Result<void> MapStore::addMerge(const MergeRecord& merge) {
+  Database& database = state_->database;
+  Result<Transaction> transaction = Transaction::begin(database);
+  if (!transaction) return transaction.error();
+  // Written again after a restart: the record takes the place of the one with its number.
+  Result<Query> remove = database.query("DELETE FROM merges WHERE number = ?");
+  if (!remove) return remove.error();
+  if (Result<void> ran = remove->bind(int64_t{merge.number}).run(); !ran) return ran;
+  Result<Query> query = database.query("INSERT INTO merges (number, kept, absorbed, " COMAP_POSE_COLUMNS
+                                       ", keyframes_ingested) VALUES (?, ?, ?, " COMAP_7 ", ?)");
+  if (!query) return query.error();
+  query->bind(int64_t{merge.number}).bind(merge.kept).bind(merge.absorbed).bind(merge.T_kept_absorbed);
+  if (Result<void> ran = query->bind(int64_t{merge.keyframes_ingested}).run(); !ran) return ran;
+  if (Result<void> added = addMergeLists(database, merge); !added) return added;
+  return transaction->commit();
+}
+
+Result<std::vector<MergeRecord>> MapStore::merges() const {
+  Result<Query> query = state_->database.query("SELECT number, kept, absorbed, keyframes_ingested, " COMAP_POSE_COLUMNS
+                                               " FROM merges ORDER BY number");
+  if (!query) return query.error();
+  std::vector<MergeRecord> result;
+  for (;;) {
+    const Result<bool> row = query->step();
+    if (!row) return row.error();
+    if (!*row) return result;
+    MergeRecord merge;
+    merge.number = query->unsigned32();
+    merge.kept = query->text();
+    merge.absorbed = query->text();
+    merge.keyframes_ingested = query->unsigned32();
+    merge.T_kept_absorbed = query->pose();
+    if (Result<void> lists = readMergeLists(state_->database, merge); !lists) return lists.error();
+    result.push_back(std::move(merge));
+  }
+}
+
+}  // namespace comap

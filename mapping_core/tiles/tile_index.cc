@@ -1,0 +1,121 @@
+#include "mapping_core/tiles/tile_index.h"
+
+#include <algorithm>
+#include <limits>
+#include <set>
+
+namespace comap {
+namespace {
+
+constexpr size_t kBytesPerSurfel = 14;
+constexpr size_t kBytesPerTile = 64;  // key, revision, framing
+
+TileKey firstKeyOf(const MapId& map) {
+  constexpr int32_t kLow = std::numeric_limits<int32_t>::min();
+  return {map, kLow, kLow, kLow};
+}
+
+size_t sizeOnTheWire(const Tile& tile) { return kBytesPerTile + kBytesPerSurfel * tile.surfels.size(); }
+
+Eigen::Vector3d cornerOf(const TileKey& key) { return Eigen::Vector3d(key.x, key.y, key.z) * double{kTileEdge_m}; }
+
+double distanceToTile(const TileKey& key, const Eigen::Vector3d& position_m) {
+  const Eigen::Vector3d corner = cornerOf(key);
+  const Eigen::Vector3d nearest =
+      position_m.cwiseMax(corner).cwiseMin(corner + Eigen::Vector3d::Constant(double{kTileEdge_m}));
+  return (nearest - position_m).norm();
+}
+
+double distanceToCentre(const TileKey& key, const Eigen::Vector3d& position_m) {
+  return (cornerOf(key) + Eigen::Vector3d::Constant(0.5 * double{kTileEdge_m}) - position_m).norm();
+}
+
+}  // namespace
+
+size_t TileIndex::update(const MapId& map, std::vector<Tile> tiles) {
+  const uint64_t next = revision_ + 1;
+  size_t changed = 0;
+  std::set<TileKey> present;
+  for (Tile& tile : tiles) {
+    if (tile.surfels.empty()) continue;
+    tile.key.map = map;
+    present.insert(tile.key);
+    Tile& current = tiles_[tile.key];
+    if (current.surfels == tile.surfels) continue;
+    tile.revision = next;
+    current = std::move(tile);
+    ++changed;
+  }
+  for (auto at = tiles_.lower_bound(firstKeyOf(map)); at != tiles_.end() && at->first.map == map; ++at) {
+    Tile& tile = at->second;
+    if (tile.surfels.empty() || present.contains(at->first)) continue;
+    tile.surfels.clear();
+    tile.surfels.shrink_to_fit();
+    tile.revision = next;
+    ++changed;
+  }
+  if (changed > 0) revision_ = next;
+  return changed;
+}
+
+void TileIndex::drop(const MapId& map) {
+  std::erase_if(tiles_, [&](const auto& entry) { return entry.first.map == map; });
+}
+
+std::vector<Tile> TileIndex::lacking(const MapId& map, const Eigen::Vector3d& position_m, double radius_m,
+                                     std::span<const HeldTile> held, size_t budget_bytes) const {
+  std::map<TileKey, uint64_t> held_revision;
+  for (const HeldTile& tile : held) {
+    if (tile.key.map == map) held_revision[tile.key] = tile.revision;
+  }
+
+  std::vector<Tile> removals;
+  for (const auto& [key, revision] : held_revision) {
+    const auto found = tiles_.find(key);
+    if (found == tiles_.end()) {
+      removals.push_back({key, revision_, {}});
+    } else if (found->second.surfels.empty()) {
+      removals.push_back(found->second);
+    }
+  }
+
+  struct Candidate {
+    double distance;
+    const Tile* tile;
+  };
+  std::vector<Candidate> candidates;
+  for (auto at = tiles_.lower_bound(firstKeyOf(map)); at != tiles_.end() && at->first.map == map; ++at) {
+    if (at->second.surfels.empty() || !(distanceToTile(at->first, position_m) <= radius_m)) continue;
+    const auto known = held_revision.find(at->first);
+    if (known != held_revision.end() && known->second == at->second.revision) continue;
+    candidates.push_back({distanceToCentre(at->first, position_m), &at->second});
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.distance < b.distance; });
+
+  std::vector<Tile> result;
+  size_t bytes = 0;
+  const auto fits = [&](const Tile& tile) {
+    bytes += sizeOnTheWire(tile);
+    return result.empty() || bytes <= budget_bytes;
+  };
+  for (Tile& tile : removals) {
+    if (!fits(tile)) return result;
+    result.push_back(std::move(tile));
+  }
+  for (const Candidate& candidate : candidates) {
+    if (!fits(*candidate.tile)) return result;
+    result.push_back(*candidate.tile);
+  }
+  return result;
+}
+
+std::vector<Tile> TileIndex::tiles(const MapId& map) const {
+  std::vector<Tile> result;
+  for (auto at = tiles_.lower_bound(firstKeyOf(map)); at != tiles_.end() && at->first.map == map; ++at) {
+    if (!at->second.surfels.empty()) result.push_back(at->second);
+  }
+  return result;
+}
+
+}  // namespace comap

@@ -1,0 +1,123 @@
+#include "mapping_core/tiles/tile_index.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace comap {
+namespace {
+
+Tile tileAt(int x, int y, int z, size_t surfels, uint8_t shade = 0) {
+  Tile tile;
+  tile.key = {"m", x, y, z};
+  tile.surfels.resize(surfels);
+  for (size_t i = 0; i < surfels; ++i) {
+    tile.surfels[i].x = uint16_t(i);
+    tile.surfels[i].r = shade;
+  }
+  return tile;
+}
+
+constexpr size_t kPlenty = 1 << 30;
+
+TEST(TileIndex, onlyWhatChangedGetsANewRevision) {
+  TileIndex index;
+  EXPECT_EQ(index.update("m", {tileAt(0, 0, 0, 5), tileAt(1, 0, 0, 5)}), 2u);
+  EXPECT_EQ(index.revision(), 1u);
+  EXPECT_EQ(index.update("m", {tileAt(0, 0, 0, 5), tileAt(1, 0, 0, 5)}), 0u);
+  EXPECT_EQ(index.revision(), 1u);
+  EXPECT_EQ(index.update("m", {tileAt(0, 0, 0, 5), tileAt(1, 0, 0, 5, 7)}), 1u);
+  ASSERT_EQ(index.tiles("m").size(), 2u);
+  EXPECT_EQ(index.tiles("m")[0].revision, 1u);
+  EXPECT_EQ(index.tiles("m")[1].revision, 2u);
+}
+
+TEST(TileIndex, aTileThatGoesIsToldToThoseWhoHoldIt) {
+  TileIndex index;
+  index.update("m", {tileAt(0, 0, 0, 5), tileAt(1, 0, 0, 5)});
+  EXPECT_EQ(index.update("m", {tileAt(0, 0, 0, 5)}), 1u);
+  EXPECT_EQ(index.update("m", {tileAt(0, 0, 0, 5)}), 0u) << "a removal is one change";
+  EXPECT_EQ(index.tiles("m").size(), 1u);
+  const std::vector<HeldTile> held = {{{"m", 0, 0, 0}, 1}, {{"m", 1, 0, 0}, 1}};
+  const auto told = index.lacking("m", {50, 50, 50}, 1, held, kPlenty);
+  ASSERT_EQ(told.size(), 1u) << "however far away";
+  EXPECT_EQ(told[0].key.x, 1);
+  EXPECT_TRUE(told[0].surfels.empty());
+  EXPECT_EQ(told[0].revision, 2u);
+  EXPECT_TRUE(index.lacking("m", {0.5, 0, 0}, 3, std::vector<HeldTile>{held[0]}, kPlenty).empty())
+      << "who never held it need not know";
+  EXPECT_EQ(index.update("m", {tileAt(0, 0, 0, 5), tileAt(1, 0, 0, 5)}), 1u) << "and it may come back";
+}
+
+TEST(TileIndex, nearestFirstWithinRadiusAndBudget) {
+  TileIndex index;
+  std::vector<Tile> tiles;
+  for (int x = 0; x < 20; ++x) tiles.push_back(tileAt(x, 0, 0, 100));
+  index.update("m", tiles);
+  const Eigen::Vector3d here(2.6, 0.25, 0.25);  // in tile 5
+  const auto all = index.lacking("m", here, 2.0, {}, kPlenty);
+  ASSERT_GE(all.size(), 7u);
+  EXPECT_EQ(all[0].key.x, 5);
+  for (size_t i = 1; i < all.size(); ++i) {
+    EXPECT_LE(std::abs(all[i - 1].key.x + 0.5 - 5.2), std::abs(all[i].key.x + 0.5 - 5.2) + 1e-9);
+  }
+  for (const Tile& tile : all) EXPECT_LE(tile.key.x, 9) << "tile 9 begins 1.9 m away, tile 10 2.4 m";
+  const auto some = index.lacking("m", here, 2.0, {}, 5000);
+  EXPECT_EQ(some.size(), 3u);
+  EXPECT_EQ(some, std::vector<Tile>(all.begin(), all.begin() + 3));
+  EXPECT_EQ(index.lacking("m", here, 2.0, {}, 0).size(), 1u) << "a small budget must not starve a robot for ever";
+}
+
+TEST(TileIndex, aDroppedMapLeavesNothingButWhatIsHeldIsWithdrawn) {
+  TileIndex index;
+  index.update("m", {tileAt(0, 0, 0, 5)});
+  index.update("other", {tileAt(0, 0, 0, 6)});
+  index.drop("m");
+  EXPECT_TRUE(index.tiles("m").empty());
+  EXPECT_EQ(index.tiles("other").size(), 1u);
+  EXPECT_TRUE(index.lacking("m", {0, 0, 0}, 9, {}, kPlenty).empty());
+  const auto told = index.lacking("m", {0, 0, 0}, 9, std::vector<HeldTile>{{{"m", 0, 0, 0}, 1}}, kPlenty);
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_TRUE(told[0].surfels.empty());
+  index.update("m", {tileAt(0, 0, 0, 5)});
+  EXPECT_GT(index.tiles("m")[0].revision, 1u) << "a revision is never used twice";
+}
+
+TEST(TileIndex, aRobotThatAppliesWhatItIsSentEndsWithTheMap) {
+  std::mt19937 engine(1);
+  std::uniform_int_distribution<int> at(-4, 4), size(1, 400), shade(0, 3), count(5, 60);
+  TileIndex index;
+  std::map<TileKey, Tile> cache;
+  for (int round = 0; round < 60; ++round) {
+    std::map<TileKey, Tile> map;
+    for (int i = count(engine); i > 0; --i) {
+      Tile tile = tileAt(at(engine), at(engine), 0, size_t(size(engine)), uint8_t(shade(engine)));
+      map[tile.key] = tile;
+    }
+    std::vector<Tile> tiles;
+    for (const auto& [key, tile] : map) tiles.push_back(tile);
+    index.update("m", tiles);
+    int messages = 0;
+    for (;; ++messages) {
+      ASSERT_LT(messages, 1000) << "never done";
+      std::vector<HeldTile> held;
+      for (const auto& [key, tile] : cache) held.push_back({key, tile.revision});
+      const auto sent = index.lacking("m", {0, 0, 0}, 100, held, 20000);
+      if (sent.empty()) break;
+      for (const Tile& tile : sent) {
+        if (tile.surfels.empty()) {
+          EXPECT_EQ(cache.erase(tile.key), 1u);
+        } else {
+          cache[tile.key] = tile;
+        }
+      }
+      if (round % 2 == 0 && messages == 1) break;  // the link breaks; the rest must come later
+    }
+    if (round % 2 == 0) continue;
+    ASSERT_EQ(cache.size(), map.size());
+    for (const auto& [key, tile] : map) ASSERT_EQ(cache.at(key).surfels, tile.surfels);
+  }
+}
+
+}  // namespace
+}  // namespace comap
