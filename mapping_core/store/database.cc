@@ -41,6 +41,8 @@ const char* adviceFor(int code) {
       return " (no map store)";
     case SQLITE_CORRUPT:
       return " (the file is damaged)";
+    case SQLITE_CANTOPEN:
+      return " (no access; a store that was not closed can only be read in a folder that can be written)";
     default:
       return "";
   }
@@ -225,6 +227,11 @@ Result<int64_t> Database::integer(const char* sql) {
   const Result<bool> row = prepared->step();
   if (!row) return row.error();
   return *row ? prepared->integer() : 0;
+}
+
+void Database::leaveWal() {
+  sqlite3_busy_timeout(handle_, 0);
+  sqlite3_exec(handle_, "PRAGMA journal_mode = DELETE", nullptr, nullptr, nullptr);  // busy: stays in its log, as well
 }
 
 int Database::changes() const { return sqlite3_changes(handle_); }

@@ -72,6 +72,9 @@ class Database {
   /// The single integer a statement yields.
   Result<int64_t> integer(const char* sql);
   int changes() const;
+  /// Puts everything into the one file, if no other connection is open: a finished store can then be read from a
+  /// folder that cannot be written, and reading it leaves nothing behind.
+  void leaveWal();
   /// The error of the last call, in terms of `code`.
   Error error(int code) const;
   const std::string& path() const { return path_; }

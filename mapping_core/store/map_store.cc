@@ -62,7 +62,7 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
   if (!ours) return ours.error();
   if (mode == Mode::kReadOnly) {
     if (!*ours) return Error{ErrorCode::kBadData, absolute + ": is empty, no map store"};
-    return MapStore(std::make_unique<State>(State{std::move(*database)}));
+    return MapStore(std::make_unique<State>(std::move(*database), mode));
   }
   for (const char* pragma : {"PRAGMA journal_mode = WAL", "PRAGMA synchronous = FULL", "PRAGMA foreign_keys = ON"}) {
     if (Result<void> set = database->execute(pragma); !set) return set.error();
@@ -70,7 +70,7 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
   if (!*ours) {
     if (Result<void> created = createSchema(*database); !created) return created.error();
   }
-  return MapStore(std::make_unique<State>(State{std::move(*database)}));
+  return MapStore(std::make_unique<State>(std::move(*database), mode));
 }
 
 Result<bool> MapStore::addKeyframe(const KeyframeId& id, int64_t stamp_ns, std::span<const uint8_t> encoded) {

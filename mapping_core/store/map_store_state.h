@@ -1,7 +1,7 @@
 // What a MapStore holds; shared by the files that implement it.
 #pragma once
 
-#include <string>
+#include <utility>
 
 #include "mapping_core/store/database.h"
 #include "mapping_core/store/map_store.h"
@@ -9,7 +9,15 @@
 namespace comap {
 
 struct MapStore::State {
+  State(Database opened, Mode mode) : database(std::move(opened)), writes(mode != Mode::kReadOnly) {}
+  ~State() {
+    if (writes) database.leaveWal();
+  }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+
   Database database;
+  bool writes;
 };
 
 }  // namespace comap

@@ -212,6 +212,20 @@ TEST_F(MapStoreTest, twoWritersTakeTurns) {
   for (uint32_t i = 0; i < 20; ++i) EXPECT_EQ((*keyframes)[i].arrival, i);
 }
 
+TEST_F(MapStoreTest, aClosedStoreIsOneFileAndReadingItLeavesNothingBehind) {
+  {
+    auto store = create();
+    ASSERT_TRUE(store);
+    ASSERT_TRUE(*store->addKeyframe(idOf(0), 0, bytesOf(1, 1000)));
+  }
+  { EXPECT_EQ(read()->keyframes()->size(), 1u); }
+  for (const auto& entry : std::filesystem::directory_iterator(folder_)) EXPECT_EQ(entry.path(), path_);
+  auto again = create();
+  ASSERT_TRUE(again);
+  ASSERT_TRUE(*again->addKeyframe(idOf(1), 0, bytesOf(1, 1000)));
+  EXPECT_TRUE(std::filesystem::exists(path_.string() + "-wal")) << "a store that is written keeps a log";
+}
+
 TEST_F(MapStoreTest, anOpenStoreMoves) {
   auto opened = create();
   ASSERT_TRUE(opened);
