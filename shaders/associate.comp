@@ -1,7 +1,7 @@
 // What the keyframe says about each surfel of the map, and which surfel it would update with each pixel.
-// Reads place and shape, the keyframe's measurements and its raw inverse depth. Writes a match word per surfel, the
+// Reads the list of visible surfels, place and shape, the keyframe's measurements and its raw inverse depth. Writes a match word per visible surfel, the
 // winning surfel per pixel (the surest, then nearest to the ray, then oldest), and marks the pixels that need no new
-// surfel because a disc covers them. One work item = one surfel.
+// surfel because a disc covers them. One item = one visible surfel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "common/frame.glsl"
@@ -11,12 +11,12 @@ layout(std430, binding = 0) readonly buffer Places { vec4 places[]; };
 layout(std430, binding = 1) readonly buffer Shapes { vec4 shapes[]; };
 layout(std430, binding = 2) readonly buffer Measurements { vec4 measurements[]; };
 layout(std430, binding = 3) readonly buffer Raw { float inverse_depth[]; };
-layout(std430, binding = 4) writeonly buffer Matches { uint matches[]; };
+const int kVisibleBinding = 4;
+#include "common/visible.glsl"
 layout(std430, binding = 5) buffer Winners { uint winners[]; };
 layout(std430, binding = 6) buffer Covered { uint covered[]; };
 layout(push_constant) uniform Push {
   FRAME_FIELDS
-  uint count;
   float depth_min;
   float depth_max;
   float stable_confidence;
@@ -64,18 +64,16 @@ void cover(vec3 position, vec3 normal, float radius, float gate) {
   }
 }
 
-void main() {
-  uint i = gl_GlobalInvocationID.x;
-  if (i >= push.count) return;
+void visit(uint item) {
+  uint i = visible[item].x;
   vec4 place = places[i];
   vec3 position = toCamera(place.xyz);
   vec2 at = project(position);
   ivec2 pixel = ivec2(floor(at + 0.5));
-  bool visible = place.w >= 0.0 && position.z > kNearest && pixel.x >= 0 && pixel.y >= 0 &&
+  bool inside = position.z > kNearest && pixel.x >= 0 && pixel.y >= 0 &&
                  pixel.x < int(push.width) && pixel.y < int(push.height);
   uint word = 0u;
-  // A loop, as software devices skip those that no lane enters but not branches.
-  for (int once = 0; once < int(visible); ++once) {
+  if (inside) {
     vec4 shape = shapes[i];
     vec3 normal = rotateToCamera(shape.xyz);
     uint index = uint(pixel.y) * push.width + uint(pixel.x);
@@ -98,14 +96,14 @@ void main() {
 
     bool maybe_through = !supported && raw > 0.0 && 1.0 / max(raw, 1e-6) > position.z && abs(facing) > kSeenThroughCosine;
     bool through = false;
-    for (int check = 0; check < int(maybe_through); ++check) through = seesThrough(pixel, position.z);
+    if (maybe_through) through = seesThrough(pixel, position.z);
 
     if (supported) word = fits ? kSupported | kFits : kSupported;
     else if (through) word = kViolated;
     else if (measured && in_range && facing > kSeenThroughCosine && in_front > -gate) word = kMissed;
     word |= index << kPixelShift;
 
-    for (int mark = 0; mark < int(supported); ++mark) cover(position, normal, shape.w, gate);
+    if (supported) cover(position, normal, shape.w, gate);
     if (fits) {
       vec2 miss = at - vec2(pixel);
       uint distance = uint(min(dot(miss, miss) * 508.0, 254.0));
@@ -113,5 +111,7 @@ void main() {
       atomicMin(winners[index], rank << kRankShift | i);
     }
   }
-  matches[i] = word;
+  visible[item].y = word;
 }
+
+void main() { FOR_EACH_VISIBLE(visit) }

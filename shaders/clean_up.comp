@@ -1,6 +1,6 @@
 // Removes surfels: those the camera saw through, unsure ones that were not found again, and doubles of their pixel's
 // winner. Reads match words, winners, place, shape, look and record; marks place, counts removals.
-// Winners are never removed, so the surfel compared with does not change meanwhile. One work item = one surfel.
+// Winners are never removed, so the surfel compared with does not change meanwhile. One item = one visible surfel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "common/frame.glsl"
@@ -10,12 +10,12 @@ layout(std430, binding = 0) buffer Places { vec4 places[]; };
 layout(std430, binding = 1) readonly buffer Shapes { vec4 shapes[]; };
 layout(std430, binding = 2) readonly buffer Looks { uvec4 looks[]; };
 layout(std430, binding = 3) readonly buffer Records { uvec2 records[]; };
-layout(std430, binding = 4) readonly buffer Matches { uint matches[]; };
+const int kVisibleBinding = 4;
+#include "common/visible.glsl"
 layout(std430, binding = 5) readonly buffer Winners { uint winners[]; };
 layout(std430, binding = 6) buffer Counters { uint updated; uint removed; uint inserted; } counters;
 layout(push_constant) uniform Push {
   FRAME_FIELDS
-  uint count;
   float stable_confidence;
   uint unstable_timeout;
 } push;
@@ -36,12 +36,11 @@ bool doubles(uint i, uint winner) {
          dot(shape.xyz, other_shape.xyz) > kDoubleCosine && other.w >= place.w;
 }
 
-void main() {
-  uint i = gl_GlobalInvocationID.x;
-  if (i >= push.count) return;
-  uint word = matches[i];
+void visit(uint item) {
+  uint i = visible[item].x;
+  uint word = visible[item].y;
   uint flag = word & kFlagMask;
-  for (int once = 0; once < int(flag != 0u); ++once) {
+  if (flag != 0u) {
     uint winner = winners[word >> kPixelShift];
     bool wins = (winner & kSurfelMask) == i;
     bool unstable = places[i].w < push.stable_confidence;
@@ -51,7 +50,7 @@ void main() {
     bool remove = flag == kViolated && violations >= patience;
     remove = remove || (unstable && misses > push.unstable_timeout);
     bool candidate = !remove && flag < kMissed && winner != kNoWinner && !wins;
-    for (int check = 0; check < int(candidate); ++check) remove = doubles(i, winner & kSurfelMask);
+    if (candidate) remove = doubles(i, winner & kSurfelMask);
     if (flag < kMissed && wins && winner != kNoWinner) atomicAdd(counters.updated, 1u);
     if (remove) {
       places[i].w = kRemoved;
@@ -59,3 +58,5 @@ void main() {
     }
   }
 }
+
+void main() { FOR_EACH_VISIBLE(visit) }

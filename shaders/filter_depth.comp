@@ -1,7 +1,8 @@
 // One direction of a bilateral filter on inverse depth, in which planes are linear; run for rows, then for columns.
-// Reads inverse depth (0 = none), writes it filtered. One work item = one pixel.
+// Reads inverse depth (0 = none), writes it filtered. One item = one pixel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#include "common/items.glsl"
 layout(local_size_x = 128) in;
 layout(std430, binding = 0) readonly buffer Input { float inverse_depth[]; };
 layout(std430, binding = 1) writeonly buffer Output { float filtered[]; };
@@ -16,9 +17,7 @@ layout(push_constant) uniform Push {
 const int kRadius = 6;
 const float kSpatial = 0.0246914;  // 1 / (2 * 4.5^2)
 
-void main() {
-  uint i = gl_GlobalInvocationID.x;
-  if (i >= push.width * push.height) return;
+void visit(uint i) {
   int place = int(push.along_columns != 0u ? i / push.width : i % push.width);
   int size = int(push.along_columns != 0u ? push.height : push.width);
   int stride = int(push.along_columns != 0u ? push.width : 1u);
@@ -38,3 +37,5 @@ void main() {
   }
   filtered[i] = centre > 0.0 ? sum / weights : 0.0;
 }
+
+void main() { FOR_EACH_ITEM(push.width * push.height, visit) }

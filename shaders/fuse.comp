@@ -1,6 +1,6 @@
 // Averages each winning surfel with its pixel's measurement; records for the others whether they were missed.
 // Reads match words, winners, measurements and colour; updates place, shape, look and record.
-// The surfel moves along the measured normal only: it stays in its lattice. One work item = one surfel.
+// The surfel moves along the measured normal only: it stays in its lattice. One item = one visible surfel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "common/frame.glsl"
@@ -12,11 +12,11 @@ layout(std430, binding = 2) buffer Looks { uvec4 looks[]; };
 layout(std430, binding = 3) buffer Records { uvec2 records[]; };
 layout(std430, binding = 4) readonly buffer Measurements { vec4 measurements[]; };
 layout(std430, binding = 5) readonly buffer Colours { uint colours[]; };
-layout(std430, binding = 6) readonly buffer Matches { uint matches[]; };
+const int kVisibleBinding = 6;
+#include "common/visible.glsl"
 layout(std430, binding = 7) buffer Winners { uint winners[]; };
 layout(push_constant) uniform Push {
   FRAME_FIELDS
-  uint count;
   float averaging_limit;
   uint contributor;
 } push;
@@ -63,13 +63,12 @@ void update(uint i, uint index) {
   records[i].x = floatBitsToUint(precision_sum);
 }
 
-void main() {
-  uint i = gl_GlobalInvocationID.x;
-  if (i >= push.count) return;
-  uint word = matches[i];
+void visit(uint item) {
+  uint i = visible[item].x;
+  uint word = visible[item].y;
   uint flag = word & kFlagMask;
   uint index = word >> kPixelShift;
-  for (int once = 0; once < int(flag != 0u); ++once) {
+  if (flag != 0u) {
     bool wins = (flag & (kSupported | kFits)) == (kSupported | kFits) && flag < kMissed &&
                 (winners[index] & kSurfelMask) == i;
     uint memory = records[i].y;
@@ -78,6 +77,8 @@ void main() {
     misses = flag >= kMissed ? min(misses + 1u, 255u) : 0u;
     violations = flag == kViolated ? min(violations + 1u, 255u) : (flag < kMissed && violations > 0u ? violations - 1u : violations);
     records[i].y = misses | violations << 8;
-    for (int updated = 0; updated < int(wins); ++updated) update(i, index);
+    if (wins) update(i, index);
   }
 }
+
+void main() { FOR_EACH_VISIBLE(visit) }

@@ -1,9 +1,10 @@
 // Depth and normal of each pixel that shows a surface well enough to be fused.
 // Reads filtered inverse depth; writes normal (in the camera's frame, towards it) and depth, 0 = not to be fused.
-// One work item = one pixel.
+// One item = one pixel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "common/frame.glsl"
+#include "common/items.glsl"
 layout(local_size_x = 128) in;
 layout(std430, binding = 0) readonly buffer Input { float inverse_depth[]; };
 layout(std430, binding = 1) writeonly buffer Output { vec4 measurements[]; };
@@ -14,9 +15,7 @@ const float kSlope = 5.67;          // tan 80 deg: steeper is a depth edge
 const float kBend = 2.0;            // change of slope that a surface may have over one step
 const float kGrazingCosine = 0.17;  // 80 deg
 
-void main() {
-  uint i = gl_GlobalInvocationID.x;
-  if (i >= push.width * push.height) return;
+void visit(uint i) {
   ivec2 pixel = ivec2(i % push.width, i / push.width);
   bool inside = pixel.x >= kStep && pixel.y >= kStep && pixel.x + kStep < int(push.width) &&
                 pixel.y + kStep < int(push.height);
@@ -45,3 +44,5 @@ void main() {
   normal = normalize(cosine > 0.0 ? -normal : normal);
   measurements[i] = valid ? vec4(normal, 1.0 / centre) : vec4(0.0);
 }
+
+void main() { FOR_EACH_ITEM(push.width * push.height, visit) }

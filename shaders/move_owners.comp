@@ -1,6 +1,8 @@
 // Moves each surfel rigidly with the keyframe it belongs to. Reads look (owner) and three rows of T_new_old per owner;
-// updates place and shape. Owners beyond the list stay. One work item = one surfel.
+// updates place and shape. Owners beyond the list stay. One item = one surfel.
 #version 450
+#extension GL_GOOGLE_include_directive : require
+#include "common/items.glsl"
 layout(local_size_x = 128) in;
 layout(std430, binding = 0) buffer Places { vec4 places[]; };
 layout(std430, binding = 1) buffer Shapes { vec4 shapes[]; };
@@ -11,9 +13,7 @@ layout(push_constant) uniform Push {
   uint owners;
 } push;
 
-void main() {
-  uint i = gl_GlobalInvocationID.x;
-  if (i >= push.count) return;
+void visit(uint i) {
   uint owner = looks[i].z;
   if (owner >= push.owners) return;
   vec4 row0 = motions[3u * owner];
@@ -24,3 +24,5 @@ void main() {
   places[i].xyz = vec3(dot(row0, x), dot(row1, x), dot(row2, x));
   shapes[i].xyz = vec3(dot(row0.xyz, n), dot(row1.xyz, n), dot(row2.xyz, n));
 }
+
+void main() { FOR_EACH_ITEM(push.count, visit) }

@@ -1,8 +1,9 @@
 // Last pass of a prediction: what each pixel shows. Reads keys and the surfel streams; writes two vec4 per pixel:
 // normal in the camera's frame and depth (0 = nothing), then colour bits, confidence, contributor bits, unused.
-// One work item = one pixel.
+// One item = one pixel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#include "common/items.glsl"
 layout(local_size_x = 128) in;
 layout(std430, binding = 0) readonly buffer Places { vec4 places[]; };
 layout(std430, binding = 1) readonly buffer Shapes { vec4 shapes[]; };
@@ -20,9 +21,7 @@ layout(push_constant) uniform Push {
 } push;
 #include "common/disc.glsl"
 
-void main() {
-  uint i = gl_GlobalInvocationID.x;
-  if (i >= push.width * push.height) return;
+void visit(uint i) {
   uint key = keys[i];
   bool empty = key == kNoWinner;
   uint surfel = empty ? 0u : key & kSurfelMask;
@@ -36,3 +35,5 @@ void main() {
   appearance[i] = empty ? uvec4(0u)
                         : uvec4(colour.r | colour.g << 8 | colour.b << 16, floatBitsToUint(place.w), look.w, 0u);
 }
+
+void main() { FOR_EACH_ITEM(push.width * push.height, visit) }

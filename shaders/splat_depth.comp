@@ -1,24 +1,24 @@
 // First pass of a prediction: the nearest depth of any disc, per pixel, as the bits of a float.
-// Reads place and shape; writes depths by atomicMin. One work item = one surfel.
+// Reads place and shape; writes depths by atomicMin. One item = one visible surfel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 128) in;
 layout(std430, binding = 0) readonly buffer Places { vec4 places[]; };
 layout(std430, binding = 1) readonly buffer Shapes { vec4 shapes[]; };
 layout(std430, binding = 2) buffer Depths { uint depths[]; };
+const int kVisibleBinding = 3;
+#include "common/visible.glsl"
 #include "common/frame.glsl"
 layout(push_constant) uniform Push {
   FRAME_FIELDS
-  uint count;
   float min_confidence;
   float max_depth;
   uint both_sides;
 } push;
 #include "common/disc.glsl"
 
-void main() {
-  uint i = gl_GlobalInvocationID.x;
-  if (i >= push.count) return;
+void visit(uint item) {
+  uint i = visible[item].x;
   Disc disc = discOf(places[i], shapes[i]);
   int last = disc.visible ? disc.high.y : -1;
   for (int y = disc.low.y; y <= last; ++y) {
@@ -30,3 +30,5 @@ void main() {
     }
   }
 }
+
+void main() { FOR_EACH_VISIBLE(visit) }

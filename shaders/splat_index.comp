@@ -1,7 +1,7 @@
 // Second pass of a prediction: among the discs of the front surface the one whose centre is nearest to the pixel's
 // ray, ties to the oldest. Choosing by depth instead would show the noise's side towards the camera.
 // Reads place, shape and the first pass's depths; writes keys (relative distance << 23 | surfel) by atomicMin.
-// One work item = one surfel.
+// One item = one visible surfel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 128) in;
@@ -9,20 +9,20 @@ layout(std430, binding = 0) readonly buffer Places { vec4 places[]; };
 layout(std430, binding = 1) readonly buffer Shapes { vec4 shapes[]; };
 layout(std430, binding = 2) readonly buffer Depths { uint depths[]; };
 layout(std430, binding = 3) buffer Keys { uint keys[]; };
+const int kVisibleBinding = 4;
+#include "common/visible.glsl"
 #include "common/frame.glsl"
 #include "common/surfel.glsl"
 layout(push_constant) uniform Push {
   FRAME_FIELDS
-  uint count;
   float min_confidence;
   float max_depth;
   uint both_sides;
 } push;
 #include "common/disc.glsl"
 
-void main() {
-  uint i = gl_GlobalInvocationID.x;
-  if (i >= push.count) return;
+void visit(uint item) {
+  uint i = visible[item].x;
   Disc disc = discOf(places[i], shapes[i]);
   int last = disc.visible ? disc.high.y : -1;
   for (int y = disc.low.y; y <= last; ++y) {
@@ -35,3 +35,5 @@ void main() {
     }
   }
 }
+
+void main() { FOR_EACH_VISIBLE(visit) }

@@ -82,6 +82,7 @@ struct Context {
   VkPipelineCache pipeline_cache = VK_NULL_HANDLE;
   VkFence fence = VK_NULL_HANDLE;
   std::map<std::string, std::unique_ptr<Kernel>> kernels;
+  std::map<std::string, KernelTime> kernel_times;
   std::unique_ptr<Buffer::State> staging;  // grows to the largest transfer
 
   Context() = default;

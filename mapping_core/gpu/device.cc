@@ -85,6 +85,7 @@ Device::~Device() = default;
 
 const DeviceInfo& Device::info() const { return context_->physical.info; }
 uint64_t Device::maxBufferBytes() const { return context_->physical.properties.limits.maxStorageBufferRange; }
+const std::map<std::string, KernelTime>& Device::kernelTimes() const { return context_->kernel_times; }
 uint32_t Device::validationErrors() const { return context_->instance->log->count; }
 std::vector<std::string> Device::validationMessages() const { return context_->instance->log->messages; }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -17,7 +18,7 @@ struct DeviceOptions {
   bool validation = false;
   /// Never map device memory, always copy through staging buffers as a discrete GPU would; for tests.
   bool force_staging = false;
-  /// Measure the time of each dispatch; see Recorder::times().
+  /// Measure the time of each dispatch; see Device::kernelTimes().
   bool timestamps = false;
 };
 
@@ -30,6 +31,12 @@ struct DeviceInfo {
 
 /// All devices Vulkan knows, usable or not, in Vulkan's order. kNoDevice without a Vulkan loader or driver.
 Result<std::vector<DeviceInfo>> listDevices();
+
+/// What one kernel has cost so far.
+struct KernelTime {
+  uint32_t dispatches = 0;
+  double ms = 0;  ///< sum
+};
 
 struct Context;
 
@@ -49,6 +56,9 @@ class Device {
   uint32_t validationErrors() const;
   /// The texts of the first few of them.
   std::vector<std::string> validationMessages() const;
+
+  /// By kernel name, since creation; empty without DeviceOptions::timestamps.
+  const std::map<std::string, KernelTime>& kernelTimes() const;
 
   /// What buffers, kernels and recorders are made with; stays valid when the Device is moved.
   Context& context() const { return *context_; }

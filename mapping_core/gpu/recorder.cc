@@ -27,13 +27,16 @@ struct Recorder::State {
     if (commands) vkFreeCommandBuffers(context->device, context->command_pool, 1, &commands);
   }
 
+  void addTimes() const;
+
   void barrier() {
     VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER};
     memory.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
     memory.dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_READ_BIT |
-                           VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_HOST_READ_BIT;
+                           VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_HOST_READ_BIT | VK_ACCESS_INDIRECT_COMMAND_READ_BIT;
     constexpr VkPipelineStageFlags kWork = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
-    vkCmdPipelineBarrier(commands, kWork, kWork | VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &memory, 0, nullptr, 0, nullptr);
+    vkCmdPipelineBarrier(commands, kWork, kWork | VK_PIPELINE_STAGE_HOST_BIT | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT, 0,
+                         1, &memory, 0, nullptr, 0, nullptr);
   }
 };
 
@@ -72,10 +75,10 @@ Result<Recorder> Recorder::begin(Context& context) {
 }
 
 void Recorder::dispatch(const Kernel& kernel, std::initializer_list<const Buffer*> buffers, const void* push,
-                        size_t push_bytes, uint32_t groups) {
+                        size_t push_bytes, uint32_t groups, const Buffer* indirect_groups) {
   assert(buffers.size() == kernel.bindings && buffers.size() <= kMostBindings && push_bytes == kernel.push_bytes);
   assert(state_->dispatched.size() < kMostDispatches);
-  if (groups == 0 || state_->failure != VK_SUCCESS) return;
+  if (state_->failure != VK_SUCCESS) return;
   Context& context = *state_->context;
   VkDescriptorSetAllocateInfo info{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO};
   info.descriptorPool = state_->descriptors;
@@ -110,7 +113,11 @@ void Recorder::dispatch(const Kernel& kernel, std::initializer_list<const Buffer
     vkCmdPushConstants(commands, kernel.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, static_cast<uint32_t>(push_bytes),
                        push);
   }
-  vkCmdDispatch(commands, groups, 1, 1);
+  if (indirect_groups) {
+    vkCmdDispatchIndirect(commands, indirect_groups->state()->buffer, 0);
+  } else {
+    vkCmdDispatch(commands, groups, 1, 1);
+  }
   state_->barrier();
   if (state_->queries) vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, state_->queries, query + 1);
   state_->dispatched.push_back(kernel.name);
@@ -136,22 +143,24 @@ Result<void> Recorder::submit() {
   if (const VkResult result = vkEndCommandBuffer(state_->commands); result != VK_SUCCESS) {
     return vulkanError(result, "recording");
   }
-  return state_->context->run(state_->commands);
+  if (auto done = state_->context->run(state_->commands); !done) return done;
+  state_->addTimes();
+  return {};
 }
 
-std::vector<KernelTime> Recorder::times() const {
-  std::vector<KernelTime> times;
-  if (!state_->queries || state_->dispatched.empty()) return times;
-  std::vector<uint64_t> ticks(2 * state_->dispatched.size());
-  const VkResult result = vkGetQueryPoolResults(
-      state_->context->device, state_->queries, 0, static_cast<uint32_t>(ticks.size()), ticks.size() * sizeof(uint64_t),
-      ticks.data(), sizeof(uint64_t), VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT);
-  if (result != VK_SUCCESS) return times;
-  const double ms_per_tick = state_->context->physical.properties.limits.timestampPeriod * 1e-6;
-  for (size_t i = 0; i < state_->dispatched.size(); ++i) {
-    times.push_back({state_->dispatched[i], static_cast<double>(ticks[2 * i + 1] - ticks[2 * i]) * ms_per_tick});
+void Recorder::State::addTimes() const {
+  if (!queries || dispatched.empty()) return;
+  std::vector<uint64_t> ticks(2 * dispatched.size());
+  const VkResult result = vkGetQueryPoolResults(context->device, queries, 0, static_cast<uint32_t>(ticks.size()),
+                                                ticks.size() * sizeof(uint64_t), ticks.data(), sizeof(uint64_t),
+                                                VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT);
+  if (result != VK_SUCCESS) return;  // times are a courtesy
+  const double ms_per_tick = context->physical.properties.limits.timestampPeriod * 1e-6;
+  for (size_t i = 0; i < dispatched.size(); ++i) {
+    auto& time = context->kernel_times[dispatched[i]];
+    ++time.dispatches;
+    time.ms += static_cast<double>(ticks[2 * i + 1] - ticks[2 * i]) * ms_per_tick;
   }
-  return times;
 }
 
 Recorder::Recorder(std::unique_ptr<State> state) : state_(std::move(state)) {}

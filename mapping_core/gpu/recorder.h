@@ -2,19 +2,12 @@
 #pragma once
 
 #include <memory>
-#include <string>
 #include <type_traits>
-#include <vector>
 
 #include "mapping_core/gpu/buffer.h"
 #include "mapping_core/gpu/kernel.h"
 
 namespace comap::gpu {
-
-struct KernelTime {
-  std::string kernel;
-  double ms = 0;
-};
 
 /// Buffers must live until submit() returns.
 class Recorder {
@@ -28,7 +21,14 @@ class Recorder {
   template <class Push>
   void dispatch(const Kernel& kernel, std::initializer_list<const Buffer*> buffers, const Push& push, uint32_t groups) {
     static_assert(std::is_trivially_copyable_v<Push> && sizeof(Push) <= 128);
-    dispatch(kernel, buffers, &push, sizeof(Push), groups);
+    if (groups > 0) dispatch(kernel, buffers, &push, sizeof(Push), groups, nullptr);
+  }
+  /// As many workgroups as the first word of `groups` says when its turn comes; the two words after it must be 1.
+  template <class Push>
+  void dispatchIndirect(const Kernel& kernel, std::initializer_list<const Buffer*> buffers, const Push& push,
+                        const Buffer& groups) {
+    static_assert(std::is_trivially_copyable_v<Push> && sizeof(Push) <= 128);
+    dispatch(kernel, buffers, &push, sizeof(Push), 0, &groups);
   }
   /// Sets the first `bytes` (a multiple of 4) to copies of `word`.
   void fill(const Buffer& buffer, uint32_t word, size_t bytes);
@@ -36,14 +36,12 @@ class Recorder {
 
   /// Runs all and waits. kNoDevice if the device was lost, kOutOfMemory. The recorder is spent then.
   Result<void> submit();
-  /// After submit(), with DeviceOptions::timestamps: one entry per dispatch.
-  std::vector<KernelTime> times() const;
 
  private:
   struct State;
   explicit Recorder(std::unique_ptr<State> state);
   void dispatch(const Kernel& kernel, std::initializer_list<const Buffer*> buffers, const void* push, size_t push_bytes,
-                uint32_t groups);
+                uint32_t groups, const Buffer* indirect_groups);
   std::unique_ptr<State> state_;
 };
 

@@ -14,13 +14,11 @@ size_t mostInsertions(const CameraModel& camera) {
 Result<void> FusionScratch::reserve(gpu::Context& context, size_t count) {
   if (count <= surfels) return {};
   surfels = 0;
-  auto made_matches = gpu::Buffer::create(context, count * sizeof(uint32_t), "matches");
-  if (!made_matches) return made_matches.error();
+  if (auto done = visible.reserve(context, count); !done) return done;
   auto made_blocks = gpu::Buffer::create(context, gpu::groupsFor(count, kBlockItems) * sizeof(uint32_t), "scan blocks");
   if (!made_blocks) return made_blocks.error();
   auto made_counters = gpu::Buffer::create(context, sizeof(FusionCounts), "counters");
   if (!made_counters) return made_counters.error();
-  matches = std::move(*made_matches);
   blocks = std::move(*made_blocks);
   counters = std::move(*made_counters);
   surfels = count;
@@ -34,7 +32,6 @@ Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& ke
   const size_t pixels = size_t{frame.width} * frame.height;
   const uint32_t candidates = ((frame.width + 1) / 2) * ((frame.height + 1) / 2);
   const uint32_t blocks = gpu::groupsFor(candidates, kBlockItems);
-  const uint32_t groups = gpu::groupsFor(step.count, kGroupItems);
   auto recorder = gpu::Recorder::begin(context);
   if (!recorder) return recorder.error();
 
@@ -42,20 +39,20 @@ Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& ke
   recorder->fill(maps.winners, 0xffffffffu, pixels * 4);
   recorder->fill(maps.covered, 0, pixels * 4);
   recorder->fill(scratch.counters, 0, sizeof(FusionCounts));
-  recorder->dispatch(
+  scratch.visible.record(*recorder, kernels, streams, {{frame}, step.count, 0, parameters.depth_max_m + 1, 1});
+  const gpu::Buffer& visible = scratch.visible.list;
+  recorder->dispatchIndirect(
       *kernels.associate,
-      {&streams.places, &streams.shapes, &maps.measurements, &maps.raw, &scratch.matches, &maps.winners, &maps.covered},
-      AssociatePush{{frame}, step.count, parameters.depth_min_m, parameters.depth_max_m, parameters.stable_confidence},
-      groups);
-  recorder->dispatch(*kernels.fuse,
-                     {&streams.places, &streams.shapes, &streams.looks, &streams.records, &maps.measurements,
-                      &maps.colours, &scratch.matches, &maps.winners},
-                     FusePush{{frame}, step.count, parameters.averaging_limit, step.contributor}, groups);
-  recorder->dispatch(*kernels.clean_up,
-                     {&streams.places, &streams.shapes, &streams.looks, &streams.records, &scratch.matches,
-                      &maps.winners, &scratch.counters},
-                     CleanUpPush{{frame}, step.count, parameters.stable_confidence, parameters.unstable_timeout},
-                     groups);
+      {&streams.places, &streams.shapes, &maps.measurements, &maps.raw, &visible, &maps.winners, &maps.covered},
+      AssociatePush{{frame}, parameters.depth_min_m, parameters.depth_max_m, parameters.stable_confidence}, visible);
+  recorder->dispatchIndirect(*kernels.fuse,
+                             {&streams.places, &streams.shapes, &streams.looks, &streams.records, &maps.measurements,
+                              &maps.colours, &visible, &maps.winners},
+                             FusePush{{frame}, parameters.averaging_limit, step.contributor}, visible);
+  recorder->dispatchIndirect(
+      *kernels.clean_up,
+      {&streams.places, &streams.shapes, &streams.looks, &streams.records, &visible, &maps.winners, &scratch.counters},
+      CleanUpPush{{frame}, parameters.stable_confidence, parameters.unstable_timeout}, visible);
   recorder->dispatch(*kernels.count_new, {&maps.measurements, &maps.covered, &scratch.blocks},
                      CountNewPush{{frame}, candidates}, blocks);
   recorder->dispatch(*kernels.scan_blocks, {&scratch.blocks, &scratch.counters}, ScanBlocksPush{blocks, kInsertedSlot},

@@ -3,12 +3,13 @@
 
 #include "mapping_core/surfels/keyframe_maps.h"
 #include "mapping_core/surfels/surfel_streams.h"
+#include "mapping_core/surfels/visible_list.h"
 
 namespace comap {
 
 /// Buffers that only live through one fusion.
 struct FusionScratch {
-  gpu::Buffer matches;   ///< u32 per surfel
+  VisibleList visible;
   gpu::Buffer blocks;    ///< u32 per block of a scan
   gpu::Buffer counters;  ///< updated, removed, inserted
   size_t surfels = 0;

@@ -65,7 +65,7 @@ Result<void> KeyframeMaps::upload(const ColourImage& colour, const DepthImage& d
 }
 
 void KeyframeMaps::recordMeasure(gpu::Recorder& recorder, const SurfelKernels& kernels, const FramePush& frame) const {
-  const uint32_t groups = gpu::groupsFor(size_t{frame.width} * frame.height, kGroupItems);
+  const uint32_t groups = gpu::groupsFor(size_t{frame.width} * frame.height, kBlockItems);
   FilterDepthPush filter{frame.width, frame.height, 0, frame.noise_floor, frame.noise_factor};
   recorder.dispatch(*kernels.filter_depth, {&raw, &rows}, filter, groups);
   filter.along_columns = 1;

@@ -1,10 +1,13 @@
 #include "mapping_core/surfels/prediction.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 
 namespace comap {
 namespace {
+
+constexpr float kFootprintMargin_px = 33;  // a disc reaches that far at most, see shaders/common/disc.glsl
 
 using SurfacePixel = std::array<float, 4>;
 using AppearancePixel = std::array<uint32_t, 4>;
@@ -65,21 +68,25 @@ Result<PredictedView> predictView(gpu::Context& context, const SurfelKernels& ke
                                   const CameraModel& camera, const PredictionOptions& options) {
   const size_t pixels = size_t{frame.width} * frame.height;
   if (auto done = buffers.reserve(context, pixels); !done) return done.error();
+  if (auto done = buffers.visible.reserve(context, streams.capacity); !done) return done.error();
   auto recorder = gpu::Recorder::begin(context);
   if (!recorder) return recorder.error();
-  const SplatPush splat{
-      {frame}, count, std::max(options.min_confidence, 0.0f), options.max_depth_m, options.both_sides ? 1u : 0u};
-  const uint32_t groups = gpu::groupsFor(count, kGroupItems);
+  const float min_confidence = std::max(options.min_confidence, 0.0f);
+  const SplatPush splat{{frame}, min_confidence, options.max_depth_m, options.both_sides ? 1u : 0u};
   recorder->fill(buffers.depths, 0x7f800000u, pixels * 4);  // infinity
   recorder->fill(buffers.keys, 0xffffffffu, pixels * 4);
-  recorder->dispatch(*kernels.splat_depth, {&streams.places, &streams.shapes, &buffers.depths}, splat, groups);
-  recorder->dispatch(*kernels.splat_index, {&streams.places, &streams.shapes, &buffers.depths, &buffers.keys}, splat,
-                     groups);
+  buffers.visible.record(*recorder, kernels, streams,
+                         {{frame}, count, min_confidence, options.max_depth_m, kFootprintMargin_px});
+  const gpu::Buffer& visible = buffers.visible.list;
+  recorder->dispatchIndirect(*kernels.splat_depth, {&streams.places, &streams.shapes, &buffers.depths, &visible}, splat,
+                             visible);
+  recorder->dispatchIndirect(*kernels.splat_index,
+                             {&streams.places, &streams.shapes, &buffers.depths, &buffers.keys, &visible}, splat,
+                             visible);
   recorder->dispatch(
       *kernels.resolve,
-      {&streams.places, &streams.shapes, &streams.looks, &buffers.keys, &buffers.surface, &buffers.appearance},
-      ResolvePush{{frame}, splat.min_confidence, splat.max_depth, splat.both_sides},
-      gpu::groupsFor(pixels, kGroupItems));
+      {&streams.places, &streams.shapes, &streams.looks, &buffers.keys, &buffers.surface, &buffers.appearance}, splat,
+      gpu::groupsFor(pixels, kBlockItems));
   if (auto done = recorder->submit(); !done) return done.error();
 
   std::vector<SurfacePixel> surface_copy;

@@ -3,6 +3,7 @@
 
 #include "mapping_core/surfels/keyframe_maps.h"
 #include "mapping_core/surfels/surfel_streams.h"
+#include "mapping_core/surfels/visible_list.h"
 
 namespace comap {
 
@@ -11,6 +12,7 @@ struct PredictionBuffers {
   gpu::Buffer keys;        ///< u32 per pixel: relative distance << 23 | surfel
   gpu::Buffer surface;     ///< vec4 per pixel: normal in the camera's frame, depth
   gpu::Buffer appearance;  ///< uvec4 per pixel: colour, confidence bits, contributors
+  VisibleList visible;
   size_t pixels = 0;
 
   Result<void> reserve(gpu::Context& context, size_t count);

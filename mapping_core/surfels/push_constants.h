@@ -23,18 +23,15 @@ struct FilterDepthPush {
 };
 
 struct AssociatePush : FramePush {
-  uint32_t count;
   float depth_min, depth_max, stable_confidence;
 };
 
 struct FusePush : FramePush {
-  uint32_t count;
   float averaging_limit;
   uint32_t contributor;
 };
 
 struct CleanUpPush : FramePush {
-  uint32_t count;
   float stable_confidence;
   uint32_t unstable_timeout;
 };
@@ -59,13 +56,13 @@ struct CompactPush {
   uint32_t count, pairs;
 };
 
-struct SplatPush : FramePush {
+struct ListVisiblePush : FramePush {
   uint32_t count;
-  float min_confidence, max_depth;
-  uint32_t both_sides;
+  float min_confidence, max_depth, margin;
 };
 
-struct ResolvePush : FramePush {
+/// Of both splats and resolve.
+struct SplatPush : FramePush {
   float min_confidence, max_depth;
   uint32_t both_sides;
 };

@@ -11,6 +11,7 @@
 #include "shaders/filter_depth.h"
 #include "shaders/fuse.h"
 #include "shaders/insert.h"
+#include "shaders/list_visible.h"
 #include "shaders/measure.h"
 #include "shaders/move_owners.h"
 #include "shaders/resolve.h"
@@ -36,6 +37,7 @@ Result<SurfelKernels> SurfelKernels::create(gpu::Context& context) {
   } table[] = {
       {&kernels.filter_depth, source<FilterDepthPush>("filter_depth", kFilterDepthSpirv, 2)},
       {&kernels.measure, source<FramePush>("measure", kMeasureSpirv, 2)},
+      {&kernels.list_visible, source<ListVisiblePush>("list_visible", kListVisibleSpirv, 2)},
       {&kernels.associate, source<AssociatePush>("associate", kAssociateSpirv, 7)},
       {&kernels.fuse, source<FusePush>("fuse", kFuseSpirv, 8)},
       {&kernels.clean_up, source<CleanUpPush>("clean_up", kCleanUpSpirv, 7)},
@@ -44,9 +46,9 @@ Result<SurfelKernels> SurfelKernels::create(gpu::Context& context) {
       {&kernels.scan_blocks, source<ScanBlocksPush>("scan_blocks", kScanBlocksSpirv, 2)},
       {&kernels.count_alive, source<CountAlivePush>("count_alive", kCountAliveSpirv, 2)},
       {&kernels.compact, source<CompactPush>("compact", kCompactSpirv, 4)},
-      {&kernels.splat_depth, source<SplatPush>("splat_depth", kSplatDepthSpirv, 3)},
-      {&kernels.splat_index, source<SplatPush>("splat_index", kSplatIndexSpirv, 4)},
-      {&kernels.resolve, source<ResolvePush>("resolve", kResolveSpirv, 6)},
+      {&kernels.splat_depth, source<SplatPush>("splat_depth", kSplatDepthSpirv, 4)},
+      {&kernels.splat_index, source<SplatPush>("splat_index", kSplatIndexSpirv, 5)},
+      {&kernels.resolve, source<SplatPush>("resolve", kResolveSpirv, 6)},
       {&kernels.move_owners, source<MoveOwnersPush>("move_owners", kMoveOwnersSpirv, 4)},
   };
   for (const auto& entry : table) {

@@ -8,6 +8,7 @@ namespace comap {
 struct SurfelKernels {
   const gpu::Kernel* filter_depth = nullptr;
   const gpu::Kernel* measure = nullptr;
+  const gpu::Kernel* list_visible = nullptr;
   const gpu::Kernel* associate = nullptr;
   const gpu::Kernel* fuse = nullptr;
   const gpu::Kernel* clean_up = nullptr;
@@ -25,8 +26,7 @@ struct SurfelKernels {
   static Result<SurfelKernels> create(gpu::Context& context);
 };
 
-/// Items per workgroup: one a thread, or a block of a scan.
-inline constexpr uint32_t kGroupItems = 128;
+/// Surfels, pixels or flags per workgroup, of all kernels.
 inline constexpr uint32_t kBlockItems = 1024;
 
 }  // namespace comap

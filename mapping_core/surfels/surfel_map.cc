@@ -116,7 +116,7 @@ Result<void> SurfelMap::moveOwners(std::span<const Pose> T_new_old) {
   if (!recorder) return recorder.error();
   recorder->dispatch(*s.kernels.move_owners, {&s.streams.places, &s.streams.shapes, &s.streams.looks, &s.motions},
                      MoveOwnersPush{s.rows, static_cast<uint32_t>(T_new_old.size())},
-                     gpu::groupsFor(s.rows, kGroupItems));
+                     gpu::groupsFor(s.rows, kBlockItems));
   return recorder->submit();
 }
 

@@ -1,0 +1,20 @@
+// The surfels a camera may see, so that the costlier kernels run for those only.
+#pragma once
+
+#include "mapping_core/gpu/recorder.h"
+#include "mapping_core/surfels/push_constants.h"
+#include "mapping_core/surfels/surfel_kernels.h"
+#include "mapping_core/surfels/surfel_streams.h"
+
+namespace comap {
+
+struct VisibleList {
+  gpu::Buffer list;  ///< see shaders/common/visible.glsl; its first word is a number of workgroups
+  size_t surfels = 0;
+
+  Result<void> reserve(gpu::Context& context, size_t count);
+  void record(gpu::Recorder& recorder, const SurfelKernels& kernels, const SurfelStreams& streams,
+              const ListVisiblePush& push) const;
+};
+
+}  // namespace comap
