@@ -10,12 +10,12 @@ namespace {
 using testing::HasSubstr;
 
 Acknowledgement sample(samples::Random& random) {
-  Acknowledgement ack{samples::robot(random),
-                      random(),
-                      static_cast<uint32_t>(samples::uniform(random, 0, 100000)),
-                      {},
-                      static_cast<uint32_t>(samples::uniform(random, 0, 100000)),
-                      samples::uniform(random, 0, 1) ? "another fern book" : ""};
+  Acknowledgement ack;
+  ack.robot = samples::robot(random);
+  ack.session = random();
+  ack.next_expected = static_cast<uint32_t>(samples::uniform(random, 0, 100000));
+  ack.mapped_below = static_cast<uint32_t>(samples::uniform(random, 0, 100000));
+  if (samples::uniform(random, 0, 1) == 1) ack.refusal = "another fern book";
   uint32_t sequence = ack.next_expected;
   for (int n = samples::uniform(random, 0, 50); n > 0; --n) {
     sequence += static_cast<uint32_t>(samples::uniform(random, 1, 9));
@@ -37,6 +37,7 @@ TEST(AcknowledgementCodec, RoundTrip) {
     EXPECT_EQ(back->next_expected, ack.next_expected);
     EXPECT_EQ(back->also_held, ack.also_held);
     EXPECT_EQ(back->mapped_below, ack.mapped_below);
+    EXPECT_EQ(back->mapped_below, ack.mapped_below);
     EXPECT_EQ(back->refusal, ack.refusal);
   }
 }
@@ -44,11 +45,20 @@ TEST(AcknowledgementCodec, RoundTrip) {
 TEST(AcknowledgementCodec, RefusesListsOutOfOrder) {
   for (const std::vector<uint32_t>& held :
        {std::vector<uint32_t>{7, 6}, std::vector<uint32_t>{6, 6}, std::vector<uint32_t>{5}, std::vector<uint32_t>{4}}) {
-    const auto bytes = encodeAcknowledgement({"a", 1, 5, held, ""});
+    Acknowledgement ack;
+    ack.robot = "a";
+    ack.next_expected = 5;
+    ack.also_held = held;
+    const auto bytes = encodeAcknowledgement(ack);
     ASSERT_FALSE(bytes);
     EXPECT_THAT(bytes.error().text, HasSubstr("also_held"));
   }
-  EXPECT_FALSE(encodeAcknowledgement({"a", 1, 0, std::vector<uint32_t>(kMaxAlsoHeld + 1, 1), ""}));
+  Acknowledgement endless;
+  endless.robot = "a";
+  for (uint32_t i = 1; i <= kMaxAlsoHeld + 1; ++i) endless.also_held.push_back(i);
+  const auto bytes = encodeAcknowledgement(endless);
+  ASSERT_FALSE(bytes);
+  EXPECT_THAT(bytes.error().text, HasSubstr("also_held has 65537 entries"));
 }
 
 TEST(AcknowledgementCodec, SurvivesHostileBytes) {

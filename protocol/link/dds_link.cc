@@ -1,0 +1,320 @@
+#include "protocol/link/dds_link.h"
+
+#include <arpa/inet.h>
+#include <fastrtps/xmlparser/XMLProfileManager.h>
+#include <ifaddrs.h>
+
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/DataReaderListener.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/dds/topic/ContentFilteredTopic.hpp>
+#include <map>
+#include <mutex>
+
+#include "protocol/link/octets_type.h"
+#include "protocol/link/own_samples_filter.h"
+#include "protocol/link/qos.h"
+#include "protocol/link/topics.h"
+#include "protocol/types/ids.h"
+
+namespace comap {
+namespace {
+
+namespace dds = eprosima::fastdds::dds;
+using eprosima::fastrtps::types::ReturnCode_t;
+
+constexpr int kMaxDomain = 230;  // beyond, the standard's port numbers pass 65535
+
+// Wakes receive; says nothing about what came.
+class Bell {
+ public:
+  void ring() {
+    {
+      const std::lock_guard lock(mutex_);
+      ++rings_;
+    }
+    rung_.notify_one();
+  }
+  uint64_t rings() const {
+    const std::lock_guard lock(mutex_);
+    return rings_;
+  }
+  void waitBeyond(uint64_t seen, std::chrono::steady_clock::time_point deadline) {
+    std::unique_lock lock(mutex_);
+    rung_.wait_until(lock, deadline, [&] { return rings_ != seen; });
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::condition_variable rung_;
+  uint64_t rings_ = 0;
+};
+
+// One reader and the next sample of it, taken out of DDS ahead of delivery to compare ages across topics.
+class Inlet : public dds::DataReaderListener {
+ public:
+  Inlet(Topic topic, Bell& bell) : topic_(topic), bell_(bell) {}
+
+  void on_data_available(dds::DataReader*) override {
+    maybe_more_ = true;
+    bell_.ring();
+  }
+
+  void setReader(dds::DataReader* reader) { reader_ = reader; }
+  dds::DataReader* reader() const { return reader_; }
+
+  /// Fills the head if it is empty and DDS holds a sample.
+  void fill() {
+    while (!head_ && maybe_more_) {
+      maybe_more_ = false;
+      // Robot by robot in turn, so that one that floods does not keep the others waiting.
+      if (!takeAfter(last_robot_) && !takeAfter(dds::HANDLE_NIL)) return;
+      maybe_more_ = true;
+    }
+  }
+  bool hasHead() const { return head_.has_value(); }
+  const eprosima::fastrtps::rtps::Time_t& headTime() const { return head_time_; }
+  Delivery takeHead() {
+    Delivery delivery = std::move(*head_);
+    head_.reset();
+    return delivery;
+  }
+
+ private:
+  bool takeAfter(const dds::InstanceHandle_t& previous) {
+    dds::LoanableSequence<Octets> samples;
+    dds::SampleInfoSeq infos;
+    if (reader_->take_next_instance(samples, infos, 1, previous) != ReturnCode_t::RETCODE_OK) return false;
+    if (infos.length() == 1) {
+      last_robot_ = infos[0].instance_handle;
+      if (infos[0].valid_data && !samples[0].damaged) {
+        head_ = Delivery{topic_, std::move(samples[0].robot), std::move(samples[0].payload)};
+        head_time_ = infos[0].reception_timestamp;
+      }
+    }
+    reader_->return_loan(samples, infos);
+    return true;
+  }
+
+  const Topic topic_;
+  Bell& bell_;
+  dds::DataReader* reader_ = nullptr;
+  std::atomic<bool> maybe_more_ = true;
+  dds::InstanceHandle_t last_robot_ = dds::HANDLE_NIL;
+  std::optional<Delivery> head_;
+  eprosima::fastrtps::rtps::Time_t head_time_;
+};
+
+class DdsLink : public Link {
+ public:
+  explicit DdsLink(DdsLinkOptions options) : options_(std::move(options)) {}
+  ~DdsLink() override;
+  Result<void> open();
+
+  Result<void> publish(Topic topic, const std::string& robot, std::span<const uint8_t> payload) override;
+  std::optional<Delivery> receive(std::chrono::milliseconds timeout) override;
+  int peers() const override;
+
+ private:
+  Result<void> openWriter(Topic topic, dds::Topic* dds_topic);
+  Result<void> openReader(Topic topic, dds::Topic* dds_topic);
+  Inlet* oldestHead();
+  int readersOf(Topic topic) const;
+  int writersOf(Topic topic) const;
+  Error unreachable(const std::string& what) const {
+    return {ErrorCode::kUnreachable, what + " on DDS domain " + std::to_string(options_.domain) + " at " +
+                                         options_.interface_address + " failed"};
+  }
+
+  const DdsLinkOptions options_;
+  OwnSamplesFilterFactory filters_;
+  Bell bell_;
+  dds::DomainParticipant* participant_ = nullptr;
+  dds::Publisher* publisher_ = nullptr;
+  dds::Subscriber* subscriber_ = nullptr;
+  std::map<Topic, dds::DataWriter*> writers_;
+  std::map<Topic, std::unique_ptr<Inlet>> inlets_;
+};
+
+DdsLink::~DdsLink() {
+  if (participant_ == nullptr) return;
+  // Listeners first: after this no callback runs into members that go.
+  for (auto& [topic, inlet] : inlets_) {
+    if (inlet->reader() != nullptr) inlet->reader()->set_listener(nullptr);
+  }
+  participant_->delete_contained_entities();
+  dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+}
+
+// Fast DDS hands samples straight to readers of its own process, and never offers them again to one that was full.
+void switchOffShortCuts() {
+  static const bool done = [] {
+    eprosima::fastrtps::LibrarySettingsAttributes settings;
+    settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
+    eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
+    return true;
+  }();
+  static_cast<void>(done);
+}
+
+Result<void> DdsLink::open() {
+  switchOffShortCuts();
+  const std::string name = "comap/" + roleName(options_.role) + (options_.robot.empty() ? "" : "/" + options_.robot);
+  participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
+      static_cast<uint32_t>(options_.domain), participantQos(name, options_.interface_address));
+  if (participant_ == nullptr) return unreachable("joining (are its ports taken?)");
+  const dds::TypeSupport type(new OctetsType);
+  if (participant_->register_type(type) != ReturnCode_t::RETCODE_OK) return unreachable("registering the type");
+  if (participant_->register_content_filter_factory(kOwnSamplesFilter, &filters_) != ReturnCode_t::RETCODE_OK) {
+    return unreachable("registering the content filter");
+  }
+  dds::PublisherQos publisher_qos = dds::PUBLISHER_QOS_DEFAULT;
+  publisher_qos.partition().push_back(options_.site.c_str());
+  publisher_ = participant_->create_publisher(publisher_qos);
+  dds::SubscriberQos subscriber_qos = dds::SUBSCRIBER_QOS_DEFAULT;
+  subscriber_qos.partition().push_back(options_.site.c_str());
+  subscriber_ = participant_->create_subscriber(subscriber_qos);
+  if (publisher_ == nullptr || subscriber_ == nullptr) return unreachable("creating publisher and subscriber");
+  for (const Topic topic : kAllTopics) {
+    const bool in = reads(options_.role, topic), out = writes(options_.role, topic);
+    if (!in && !out) continue;
+    dds::Topic* dds_topic = participant_->create_topic(topicName(topic), type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
+    if (dds_topic == nullptr) return unreachable("creating topic " + topicName(topic));
+    if (auto opened = out ? openWriter(topic, dds_topic) : Result<void>(); !opened) return opened;
+    if (auto opened = in ? openReader(topic, dds_topic) : Result<void>(); !opened) return opened;
+  }
+  return {};
+}
+
+Result<void> DdsLink::openWriter(Topic topic, dds::Topic* dds_topic) {
+  dds::DataWriter* writer = publisher_->create_datawriter(dds_topic, writerQos(topic));
+  if (writer == nullptr) return unreachable("creating the writer of " + topicName(topic));
+  writers_[topic] = writer;
+  return {};
+}
+
+Result<void> DdsLink::openReader(Topic topic, dds::Topic* dds_topic) {
+  dds::TopicDescription* source = dds_topic;
+  if (options_.role == LinkRole::kRobot) {
+    source = participant_->create_contentfilteredtopic(topicName(topic) + "/own", dds_topic, "robot", {options_.robot},
+                                                       kOwnSamplesFilter);
+    if (source == nullptr) return unreachable("filtering topic " + topicName(topic));
+  }
+  auto& inlet = inlets_[topic] = std::make_unique<Inlet>(topic, bell_);
+  // Created without listener: the first callback may come before create_datareader has returned.
+  inlet->setReader(subscriber_->create_datareader(source, readerQos(topic)));
+  if (inlet->reader() == nullptr) return unreachable("creating the reader of " + topicName(topic));
+  inlet->reader()->set_listener(inlet.get(), dds::StatusMask::data_available());
+  return {};
+}
+
+Result<void> DdsLink::publish(Topic topic, const std::string& robot, std::span<const uint8_t> payload) {
+  if (auto allowed = checkPublish(options_.role, options_.robot, topic, robot, payload.size()); !allowed) {
+    return allowed;
+  }
+  Octets octets{robot, {payload.begin(), payload.end()}};
+  const ReturnCode_t code = writers_.at(topic)->write(&octets, dds::HANDLE_NIL);
+  if (code == ReturnCode_t::RETCODE_OK) return {};
+  const std::string what = topicName(topic) + ": " + std::to_string(payload.size()) + " bytes ";
+  if (code == ReturnCode_t::RETCODE_TIMEOUT) {
+    return Error{ErrorCode::kUnreachable, what + "not taken within " + std::to_string(kMaxBlocking_s) + " s by " +
+                                              std::to_string(readersOf(topic)) + " readers"};
+  }
+  return Error{ErrorCode::kUnreachable, what + "refused by DDS with code " + std::to_string(code())};
+}
+
+Inlet* DdsLink::oldestHead() {
+  Inlet* oldest = nullptr;
+  for (auto& [topic, inlet] : inlets_) {
+    inlet->fill();
+    if (inlet->hasHead() && (oldest == nullptr || inlet->headTime() < oldest->headTime())) oldest = inlet.get();
+  }
+  return oldest;
+}
+
+std::optional<Delivery> DdsLink::receive(std::chrono::milliseconds timeout) {
+  const auto deadline = std::chrono::steady_clock::now() + timeout;
+  while (true) {
+    const uint64_t seen = bell_.rings();
+    if (Inlet* inlet = oldestHead(); inlet != nullptr) return inlet->takeHead();
+    if (std::chrono::steady_clock::now() >= deadline) return std::nullopt;
+    bell_.waitBeyond(seen, deadline);
+  }
+}
+
+int DdsLink::readersOf(Topic topic) const {
+  dds::PublicationMatchedStatus status;
+  writers_.at(topic)->get_publication_matched_status(status);
+  return status.current_count;
+}
+
+int DdsLink::writersOf(Topic topic) const {
+  dds::SubscriptionMatchedStatus status;
+  inlets_.at(topic)->reader()->get_subscription_matched_status(status);
+  return status.current_count;
+}
+
+int DdsLink::peers() const {
+  // A peer counts once the topics that only it has are matched in both directions.
+  switch (options_.role) {
+    case LinkRole::kRobot:
+      return std::min(
+          {readersOf(Topic::kKeyframe), readersOf(Topic::kInterest), writersOf(Topic::kAck), writersOf(Topic::kTile)});
+    case LinkRole::kCore:
+      return std::min(
+          {writersOf(Topic::kHello), writersOf(Topic::kKeyframe), readersOf(Topic::kAck), readersOf(Topic::kTile)});
+    case LinkRole::kObserver:
+      break;
+  }
+  return writersOf(Topic::kCoreStatus);
+}
+
+bool isOwnAddress(const std::string& address) {
+  in_addr wanted{};
+  if (inet_pton(AF_INET, address.c_str(), &wanted) != 1) return false;
+  if (address.starts_with("127.")) return address == "127.0.0.1";
+  ifaddrs* interfaces = nullptr;
+  if (getifaddrs(&interfaces) != 0) return false;
+  bool found = false;
+  for (const ifaddrs* entry = interfaces; entry != nullptr; entry = entry->ifa_next) {
+    if (entry->ifa_addr == nullptr || entry->ifa_addr->sa_family != AF_INET) continue;
+    found |= reinterpret_cast<const sockaddr_in*>(entry->ifa_addr)->sin_addr.s_addr == wanted.s_addr;
+  }
+  freeifaddrs(interfaces);
+  return found;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Link>> connectDds(const DdsLinkOptions& options) {
+  if (options.domain < 0 || options.domain > kMaxDomain) {
+    return Error{ErrorCode::kWrongUse,
+                 "link.domain is " + std::to_string(options.domain) + ", expected 0 to " + std::to_string(kMaxDomain)};
+  }
+  if (options.site.empty() || options.site.size() > 64 || options.site.find_first_of("*?[]\\") != std::string::npos) {
+    return Error{ErrorCode::kWrongUse, "link.site '" + options.site.substr(0, 64) +
+                                           "' is no site, expected 1-64 characters without * ? [ ] \\"};
+  }
+  if (options.role == LinkRole::kRobot) {
+    if (const std::string problem = robotNameProblem(options.robot); !problem.empty()) {
+      return Error{ErrorCode::kWrongUse, problem};
+    }
+  }
+  if (!isOwnAddress(options.interface_address)) {
+    return Error{ErrorCode::kUnreachable,
+                 "link.interface_address '" + options.interface_address + "' is no IPv4 address of this machine"};
+  }
+  auto link = std::make_unique<DdsLink>(options);
+  if (auto opened = link->open(); !opened) return opened.error();
+  return std::unique_ptr<Link>(std::move(link));
+}
+
+}  // namespace comap

@@ -1,0 +1,99 @@
+#include "protocol/link/qos.h"
+
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+
+#include <memory>
+
+#include "protocol/link/topics.h"
+
+namespace comap {
+namespace {
+
+namespace dds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastdds::rtps;
+
+constexpr uint32_t kSocketBufferBytes = 4u << 20;
+constexpr uint32_t kSharedMemoryBytes = 16u << 20;
+constexpr uint32_t kDatagramBytes = 1400;
+
+// Samples kept per robot, and robots.
+struct Depth {
+  bool keep_all;
+  int per_robot;
+  int robots;
+};
+
+Depth depthOf(Topic topic) {
+  switch (topic) {
+    case Topic::kKeyframe:
+      return {true, 16, 64};
+    case Topic::kTile:
+      return {false, 256, 64};
+    case Topic::kVerdict:
+    case Topic::kMerge:
+      return {false, 256, 64};
+    default:
+      return {false, 1, 256};
+  }
+}
+
+// What readers and writers have in common.
+template <class Qos>
+void setCommon(Topic topic, Qos& qos) {
+  const Depth depth = depthOf(topic);
+  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
+  qos.reliability().max_blocking_time = eprosima::fastrtps::Duration_t(kMaxBlocking_s, 0);
+  qos.durability().kind = isLatched(topic) ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
+  qos.history().kind = depth.keep_all ? dds::KEEP_ALL_HISTORY_QOS : dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = depth.per_robot;
+  qos.resource_limits().max_samples_per_instance = depth.per_robot;
+  qos.resource_limits().max_instances = depth.robots;
+  qos.resource_limits().max_samples = depth.per_robot * depth.robots;
+  qos.resource_limits().allocated_samples = 4;
+  qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  qos.data_sharing().off();
+}
+
+}  // namespace
+
+dds::DomainParticipantQos participantQos(const std::string& name, const std::string& interface_address) {
+  dds::DomainParticipantQos qos;
+  qos.name(name);
+  const bool loopback = interface_address.starts_with("127.");
+  auto udp = std::make_shared<rtps::UDPv4TransportDescriptor>();
+  udp->interfaceWhiteList.push_back(interface_address);
+  udp->sendBufferSize = kSocketBufferBytes;
+  udp->receiveBufferSize = kSocketBufferBytes;
+  if (!loopback) udp->maxMessageSize = kDatagramBytes;
+  qos.transport().use_builtin_transports = false;
+  qos.transport().user_transports.push_back(udp);
+  qos.transport().send_socket_buffer_size = kSocketBufferBytes;
+  qos.transport().listen_socket_buffer_size = kSocketBufferBytes;
+  if (loopback) {
+    auto shared_memory = std::make_shared<rtps::SharedMemTransportDescriptor>();
+    shared_memory->segment_size(kSharedMemoryBytes);
+    qos.transport().user_transports.push_back(shared_memory);
+  }
+  auto& discovery = qos.wire_protocol().builtin.discovery_config;
+  discovery.leaseDuration = eprosima::fastrtps::Duration_t(kLease_s, 0);
+  discovery.leaseDuration_announcementperiod = eprosima::fastrtps::Duration_t(kLease_s / 5, 0);
+  return qos;
+}
+
+dds::DataWriterQos writerQos(Topic topic) {
+  dds::DataWriterQos qos = dds::DATAWRITER_QOS_DEFAULT;
+  setCommon(topic, qos);
+  qos.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;
+  qos.reliable_writer_qos().times.heartbeatPeriod = eprosima::fastrtps::Duration_t(0, 100'000'000);
+  qos.reliable_writer_qos().times.nackResponseDelay = eprosima::fastrtps::Duration_t(0, 1'000'000);
+  return qos;
+}
+
+dds::DataReaderQos readerQos(Topic topic) {
+  dds::DataReaderQos qos = dds::DATAREADER_QOS_DEFAULT;
+  setCommon(topic, qos);
+  return qos;
+}
+
+}  // namespace comap

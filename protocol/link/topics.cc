@@ -1,0 +1,83 @@
+#include "protocol/link/topics.h"
+
+#include "protocol/codec/limits.h"
+#include "protocol/types/ids.h"
+
+namespace comap {
+
+std::string topicName(Topic topic) {
+  switch (topic) {
+    case Topic::kHello:
+      return "comap/v1/hello";
+    case Topic::kKeyframe:
+      return "comap/v1/keyframe";
+    case Topic::kAck:
+      return "comap/v1/ack";
+    case Topic::kCorrection:
+      return "comap/v1/correction";
+    case Topic::kInterest:
+      return "comap/v1/interest";
+    case Topic::kTile:
+      return "comap/v1/tile";
+    case Topic::kStatus:
+      return "comap/v1/status";
+    case Topic::kVerdict:
+      return "comap/v1/verdict";
+    case Topic::kMerge:
+      return "comap/v1/merge";
+    case Topic::kCoreStatus:
+      return "comap/v1/core_status";
+  }
+  return {};
+}
+
+bool writes(LinkRole role, Topic topic) {
+  switch (topic) {
+    case Topic::kHello:
+    case Topic::kKeyframe:
+    case Topic::kInterest:
+    case Topic::kStatus:
+      return role == LinkRole::kRobot;
+    default:
+      return role == LinkRole::kCore;
+  }
+}
+
+bool reads(LinkRole role, Topic topic) {
+  switch (role) {
+    case LinkRole::kRobot:
+      return topic == Topic::kAck || topic == Topic::kCorrection || topic == Topic::kTile;
+    case LinkRole::kCore:
+      return writes(LinkRole::kRobot, topic);
+    case LinkRole::kObserver:
+      return topic != Topic::kKeyframe && topic != Topic::kAck && topic != Topic::kInterest && topic != Topic::kTile;
+  }
+  return false;
+}
+
+bool isLatched(Topic topic) { return topic == Topic::kHello || topic == Topic::kAck || topic == Topic::kCorrection; }
+
+std::string roleName(LinkRole role) {
+  return role == LinkRole::kRobot ? "robot" : role == LinkRole::kCore ? "core" : "observer";
+}
+
+Result<void> checkPublish(LinkRole role, const std::string& own_name, Topic topic, const std::string& robot,
+                          size_t payload_bytes) {
+  const std::string where = topicName(topic) + ": ";
+  if (!writes(role, topic)) return Error{ErrorCode::kWrongUse, where + roleName(role) + " does not write this topic"};
+  if (role == LinkRole::kRobot && robot != own_name) {
+    return Error{ErrorCode::kWrongUse, where + "robot '" + own_name + "' cannot write as '" + robot + "'"};
+  }
+  if (!robot.empty()) {
+    if (const std::string problem = robotNameProblem(robot); !problem.empty()) {
+      return Error{ErrorCode::kWrongUse, where + problem};
+    }
+  }
+  if (payload_bytes > kMaxLargeMessageBytes) {
+    return Error{ErrorCode::kWrongUse, where + std::to_string(payload_bytes) + " bytes, expected at most " +
+                                           std::to_string(kMaxLargeMessageBytes)};
+  }
+  return {};
+}
+
+}  // namespace comap
