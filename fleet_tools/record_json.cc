@@ -1,0 +1,46 @@
+#include "fleet_tools/record_json.h"
+
+#include <cstdio>
+
+namespace comap {
+
+nlohmann::json jsonOf(const Pose& pose) {
+  const Eigen::Vector3d& t = pose.translation();
+  const Eigen::Quaterniond& q = pose.rotation();
+  return {{"translation_m", {t.x(), t.y(), t.z()}}, {"rotation_xyzw", {q.x(), q.y(), q.z(), q.w()}}};
+}
+
+nlohmann::json jsonOf(const MatchVerdict& v) {
+  return {{"query", toString(v.query)},
+          {"candidate", toString(v.candidate)},
+          {"accepted", v.accepted},
+          {"reason", v.reason},
+          {"fern_dissimilarity", v.fern_dissimilarity},
+          {"inlier_ratio", v.inlier_ratio},
+          {"rms_sigma", v.rms_sigma},
+          {"degeneracy", v.degeneracy},
+          {"photometric_median", v.photometric_median},
+          {"seen_through", v.seen_through},
+          {"round_trip_m", v.round_trip_m},
+          {"round_trip_rad", v.round_trip_rad},
+          {"T_candidate_query", jsonOf(v.T_candidate_query)}};
+}
+
+nlohmann::json jsonOf(const MergeRecord& m) {
+  nlohmann::json voters = nlohmann::json::array();
+  for (const KeyframeId& voter : m.voters) voters.push_back(toString(voter));
+  return {{"number", m.number},
+          {"kept", m.kept},
+          {"absorbed", m.absorbed},
+          {"robots", m.robots},
+          {"voters", voters},
+          {"keyframes_ingested", m.keyframes_ingested},
+          {"T_kept_absorbed", jsonOf(m.T_kept_absorbed)}};
+}
+
+void printJson(const nlohmann::json& document) {
+  const std::string text = document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+  std::printf("%s\n", text.c_str());
+}
+
+}  // namespace comap

@@ -1,0 +1,18 @@
+// Records of a store as JSON with stable keys.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "protocol/types/messages.h"
+
+namespace comap {
+
+/// {"translation_m": [x, y, z], "rotation_xyzw": [...]}
+nlohmann::json jsonOf(const Pose& pose);
+nlohmann::json jsonOf(const MatchVerdict& verdict);
+nlohmann::json jsonOf(const MergeRecord& merge);
+
+/// Prints one document to stdout; invalid UTF-8 is replaced, numbers that are not finite become null.
+void printJson(const nlohmann::json& document);
+
+}  // namespace comap
