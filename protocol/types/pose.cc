@@ -32,8 +32,9 @@ Vector6d Pose::log() const {
   const double theta = 2 * std::atan2(n, q.w());
   const Eigen::Vector3d phi = n < 1e-10 ? Eigen::Vector3d(2 * q.vec()) : Eigen::Vector3d(q.vec() * (theta / n));
   const Eigen::Matrix3d k = skew(phi);
-  const double c = theta < 1e-4 ? 1.0 / 12 + theta * theta / 720
-                                : (1 - theta * std::sin(theta) / (2 * (1 - std::cos(theta)))) / (theta * theta);
+  // theta sin(theta) / (2 (1 - cos(theta))), without the cancellation of 1 - cos.
+  const double half = theta / 2;
+  const double c = theta < 1e-4 ? 1.0 / 12 + theta * theta / 720 : (1 - half / std::tan(half)) / (theta * theta);
   Vector6d twist;
   twist << (Eigen::Matrix3d::Identity() - 0.5 * k + c * k * k) * translation_, phi;
   return twist;
