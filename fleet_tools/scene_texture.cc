@@ -281,18 +281,18 @@ void Texture::addMips() {
   }
 }
 
-Eigen::Vector3f Texture::bilinear(const Level& level, float u, float v) {
-  const float x = fraction(u) * static_cast<float>(level.edge_px) - 0.5f;
-  const float y = fraction(v) * static_cast<float>(level.edge_px) - 0.5f;
+Eigen::Array4f Texture::bilinear(const Level& level, float u, float v) {
+  const float x = u * static_cast<float>(level.edge_px) + 0.5f, y = v * static_cast<float>(level.edge_px) + 0.5f;
   const int mask = level.edge_px - 1;  // edges are powers of two
-  const int xi = static_cast<int>(std::floor(x)), yi = static_cast<int>(std::floor(y));
+  const int xi = static_cast<int>(x), yi = static_cast<int>(y);
   const float s = x - static_cast<float>(xi), t = y - static_cast<float>(yi);
   const auto at = [&](int i, int j) {
-    const Texel texel = level.texels[static_cast<size_t>((j & mask) * level.edge_px + (i & mask))];
-    return Vector3f(texel.r, texel.g, texel.b);
+    const Texel texel = level.texels[static_cast<size_t>(((j & mask) * level.edge_px) + (i & mask))];
+    return Eigen::Array4f(texel.r, texel.g, texel.b, 0);
   };
-  return (at(xi, yi) * (1 - s) + at(xi + 1, yi) * s) * (1 - t) +
-         (at(xi, yi + 1) * (1 - s) + at(xi + 1, yi + 1) * s) * t;
+  const Eigen::Array4f low = at(xi - 1, yi - 1) * (1 - s) + at(xi, yi - 1) * s;
+  const Eigen::Array4f high = at(xi - 1, yi) * (1 - s) + at(xi, yi) * s;
+  return low * (1 - t) + high * t;
 }
 
 Eigen::Vector3f Texture::sample(float u, float v, float footprint) const {
@@ -300,9 +300,10 @@ Eigen::Vector3f Texture::sample(float u, float v, float footprint) const {
   const float clamped = std::clamp(level, 0.0f, static_cast<float>(levels_.size()) - 1.001f);
   const size_t low = static_cast<size_t>(clamped);
   const float s = clamped - static_cast<float>(low);
-  Vector3f result = bilinear(levels_[low], u, v);
-  if (s > 0.02f) result += (bilinear(levels_[low + 1], u, v) - result) * s;
-  return result * (1.0f / 204.0f);
+  const float fu = fraction(u), fv = fraction(v);
+  Eigen::Array4f result = bilinear(levels_[low], fu, fv);
+  if (s > 0.02f) result += (bilinear(levels_[low + 1], fu, fv) - result) * s;
+  return result.head<3>().matrix() * (1.0f / 204.0f);
 }
 
 std::vector<Texture> makeTextures(uint64_t seed, int threads) {

@@ -50,7 +50,7 @@ class Texture {
     int edge_px = 0;
     std::vector<Texel> texels;
   };
-  static Eigen::Vector3f bilinear(const Level& level, float u, float v);
+  static Eigen::Array4f bilinear(const Level& level, float u, float v);
   void addMips();
 
   float edge_m_ = 1;

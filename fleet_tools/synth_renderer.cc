@@ -121,6 +121,7 @@ void SynthRenderer::traceTile(const Rays& rays, const std::vector<Projected>& pr
   const Vector3f step_u = rays.R_world_cam.col(0) / static_cast<float>(rays.camera.fx);
   const Vector3f step_v = rays.R_world_cam.col(1) / static_cast<float>(rays.camera.fy);
   float farthest = kNever;
+  int since_check = 0;
   for (const auto& p : projected) {
     if (p.nearest_m >= farthest) break;
     if (p.x1 < left || p.x0 > right || p.y1 < top || p.y0 > bottom) continue;
@@ -142,6 +143,7 @@ void SynthRenderer::traceTile(const Rays& rays, const std::vector<Projected>& pr
         }
       }
     }
+    if (++since_check % 4 != 0) continue;
     farthest = 0;
     for (int y = 0; y < height; ++y) farthest = std::max(farthest, *std::max_element(depth[y], depth[y] + width));
   }
@@ -192,22 +194,31 @@ void SynthRenderer::shadeRow(const Rays& rays, int y, SynthView& view) const {
       colour = shade(centre, rays.origin, direction, view.depth_m.at(x, y), pixel, &view.cosine.at(x, y));
     }
     if (count > 1) {
+      // Each solid is shaded once, and weighs as many of the four rays through the pixel's quarters as it stops.
+      std::array<Vector3f, 9> shaded;
+      std::array<bool, 9> known{};
+      for (size_t i = 0; i < count; ++i) {
+        if (around[i] == centre) shaded[i] = colour, known[i] = true;
+      }
       colour.setZero();
       for (int sub = 0; sub < 4; ++sub) {
         const Vector3f direction = rays.direction(static_cast<float>(x) + (sub % 2 == 0 ? -0.25f : 0.25f),
                                                   static_cast<float>(y) + (sub / 2 == 0 ? -0.25f : 0.25f));
         float nearest = kNever;
-        int32_t hit = -1;
+        size_t hit = count;
         for (size_t i = 0; i < count; ++i) {
           const auto& solid = scene_.primitives[static_cast<size_t>(around[i])];
           const float t = enter(solid.shape, solid.half, solid.R_local_world * (rays.origin - solid.centre),
                                 solid.R_local_world * direction);
-          if (t < nearest) nearest = t, hit = around[i];
+          if (t < nearest) nearest = t, hit = i;
         }
-        if (hit >= 0) colour += 0.25f * shade(hit, rays.origin, direction, nearest, 0.5f * pixel, nullptr);
+        if (hit == count) continue;
+        if (!known[hit]) shaded[hit] = shade(around[hit], rays.origin, direction, nearest, pixel, nullptr);
+        known[hit] = true;
+        colour += 0.25f * shaded[hit];
       }
     }
-    const Vector3f level = colour.array().max(0.0f).min(255.0f).round();
+    const Vector3f level = colour.array().max(0.0f).min(255.0f) + 0.5f;
     view.colour.at(x, y) = {static_cast<uint8_t>(level[0]), static_cast<uint8_t>(level[1]),
                             static_cast<uint8_t>(level[2])};
   }

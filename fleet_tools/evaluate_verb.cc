@@ -1,0 +1,124 @@
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <thread>
+
+#include "fleet_tools/evaluate.h"
+#include "fleet_tools/fail.h"
+#include "fleet_tools/verb.h"
+
+namespace comap {
+namespace {
+
+struct EvaluateOptions {
+  std::string run, trajectory, surface;
+  std::vector<std::string> truths;
+  bool json = false;
+};
+
+void printRpe(const char* name, const std::optional<Rpe>& rpe) {
+  if (!rpe) {
+    std::printf("  %-9s none: no two frames that far apart\n", name);
+  } else {
+    std::printf("  %-9s %.4f m, %.3f deg (rmse of %zu)\n", name, rpe->translation_rmse_m, rpe->rotation_rmse_deg,
+                rpe->pairs);
+  }
+}
+
+int evaluateOne(const EvaluateOptions& options) {
+  if (options.truths.size() != 1 || !options.surface.empty() || !options.run.empty()) {
+    return failWith({ErrorCode::kWrongUse, "--trajectory takes one --truth FILE, and neither RUN nor --surface"});
+  }
+  auto result = evaluateTrajectory(options.trajectory, options.truths.front());
+  if (!result) return failWith(result.error());
+  if (options.json) {
+    std::printf("%s\n", toJson(*result).dump(2).c_str());
+    return 0;
+  }
+  const Ate& ate = result->ate;
+  std::printf("%s: %zu of %zu poses have truth\n", options.trajectory.c_str(), ate.pairs, result->poses);
+  std::printf("  ATE       %.4f m rmse, %.4f mean, %.4f median, %.4f max (own alignment, no scale)\n", ate.rmse_m,
+              ate.mean_m, ate.median_m, ate.max_m);
+  printRpe("RPE frame", result->rpe_frame);
+  printRpe("RPE 1 s", result->rpe_second);
+  return 0;
+}
+
+void printRun(const RunEvaluation& evaluation) {
+  std::printf("%-12s %10s %10s %10s %12s %8s  %s\n", "robot", "ATE own", "ATE joint", "RPE 1 s", "RPE 1 s", "poses",
+              "map");
+  std::printf("%-12s %10s %10s %10s %12s\n", "", "m rmse", "m rmse", "m", "deg");
+  for (const auto& [name, robot] : evaluation.robots) {
+    char joint[32] = "-", metres[32] = "-", degrees[32] = "-";
+    if (robot.joint_rmse_m) std::snprintf(joint, sizeof joint, "%.4f", *robot.joint_rmse_m);
+    if (robot.own.rpe_second) {
+      std::snprintf(metres, sizeof metres, "%.4f", robot.own.rpe_second->translation_rmse_m);
+      std::snprintf(degrees, sizeof degrees, "%.3f", robot.own.rpe_second->rotation_rmse_deg);
+    }
+    std::printf("%-12s %10.4f %10s %10s %12s %8zu  %s\n", name.c_str(), robot.own.ate.rmse_m, joint, metres, degrees,
+                robot.own.ate.pairs, robot.map.c_str());
+  }
+  if (evaluation.joint) {
+    std::printf("joint ATE    %.4f m rmse (one alignment for all robots)\n", evaluation.joint->rmse_m);
+  } else {
+    std::printf("joint ATE    none: %s\n", evaluation.joint_reason.c_str());
+  }
+  if (evaluation.surface) {
+    const auto& s = *evaluation.surface;
+    std::printf("surface      accuracy %.4f m mean, %.4f median, %.4f at 90 %%; completeness within 2 cm %.1f %%\n",
+                s.accuracy_mean_m, s.accuracy_median_m, s.accuracy_p90_m, 100 * s.completeness_2cm);
+  } else {
+    std::printf("surface      none: %s\n", evaluation.surface_reason.c_str());
+  }
+}
+
+int evaluateWhole(const EvaluateOptions& options) {
+  RunTruth truth;
+  truth.surface = options.surface;
+  for (const auto& text : options.truths) {
+    const size_t equals = text.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
+      return failWith({ErrorCode::kWrongUse, "--truth " + text + ": expected NAME=FILE"});
+    }
+    if (!truth.trajectories.emplace(text.substr(0, equals), text.substr(equals + 1)).second) {
+      return failWith({ErrorCode::kWrongUse, "--truth " + text + ": this robot's truth is given twice"});
+    }
+  }
+  const int threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
+  auto evaluation = evaluateRun(options.run, truth, threads);
+  if (!evaluation) return failWith(evaluation.error());
+  auto report = updateReport(options.run, *evaluation);
+  if (!report) return failWith(report.error());
+  if (options.json) {
+    std::printf("%s\n", report->dump(2).c_str());
+  } else {
+    printRun(*evaluation);
+  }
+  return 0;
+}
+
+}  // namespace
+
+void addEvaluateVerb(CLI::App& app, int& exit_code) {
+  auto* verb = app.add_subcommand("evaluate", "Measure a run, or one trajectory, against the truth");
+  verb->footer(
+      "Examples: fleet evaluate runs/flat --truth a=data/flat/a/groundtruth.txt --truth b=data/flat/b/groundtruth.txt\n"
+      "              --surface data/flat/surface.ply\n"
+      "          fleet evaluate --trajectory a.txt --truth data/flat/a/groundtruth.txt");
+  auto options = std::make_shared<EvaluateOptions>();
+  verb->add_option("RUN", options->run, "Folder that fleet replay wrote; its report.json gets the numbers");
+  verb->add_option("--truth", options->truths, "NAME=FILE for each robot, or FILE with --trajectory (TUM format)")
+      ->required();
+  verb->add_option("--trajectory", options->trajectory, "One trajectory in the TUM format, instead of RUN");
+  verb->add_option("--surface", options->surface, "PLY of the true surface, in the frame of the truth");
+  verb->add_flag("--json", options->json, "Print JSON (for RUN: the report as it is now)");
+  verb->callback([options, &exit_code] {
+    if (options->run.empty() && options->trajectory.empty()) {
+      exit_code = failWith({ErrorCode::kWrongUse, "expected RUN or --trajectory FILE"});
+      return;
+    }
+    exit_code = options->trajectory.empty() ? evaluateWhole(*options) : evaluateOne(*options);
+  });
+}
+
+}  // namespace comap
