@@ -17,7 +17,8 @@ namespace {
 constexpr int kAmbient = 7;  // quaternion x y z w, translation
 constexpr int kTangent = 6;  // d of T exp(d): rho, phi
 constexpr int kMaxSharpenings = 100;
-constexpr int kIterationsPerSharpening = 6;  // each starts from the last one's solution
+constexpr int kIterationsPerSharpening = 4;  // each starts from the last one's solution
+constexpr int kIterationsBeforeSharpening = 25;
 constexpr int kMaxReadmissions = 10;
 
 using Block = std::array<double, kAmbient>;
@@ -131,14 +132,13 @@ class GraphProblem {
 
     graph->weights_.assign(edges.size(), 1.0);
     graph->edges_.reserve(edges.size());
+    graph->terms_.assign(edges.size(), nullptr);
     for (size_t i = 0; i < edges.size(); ++i) {
       const Edge& edge = edges[i];
       Result<Matrix6d> root = squareRootInformation(edge.information, options.sigma_floor_m, options.sigma_floor_rad);
       if (!root) return Error{root.error().code, describe(edge) + ": " + root.error().text};
       const size_t from = index.at(edge.from), to = index.at(edge.to);
       graph->edges_.push_back({from, to, edge.T_from_to, *root});
-      graph->problem_.AddResidualBlock(new EdgeCost(edge.T_from_to, *root, &graph->weights_[i]), nullptr,
-                                       graph->blocks_[from].data(), graph->blocks_[to].data());
     }
     return graph;
   }
@@ -154,10 +154,9 @@ class GraphProblem {
   }
   Pose pose(size_t keyframe) const { return toPose(blocks_[keyframe].data()); }
   std::vector<double>& weights() { return weights_; }
-  std::vector<Block> blocks() const { return blocks_; }
-  void setBlocks(const std::vector<Block>& blocks) { std::copy(blocks.begin(), blocks.end(), blocks_.begin()); }
 
   Result<void> solve(int max_iterations, int& iterations) {
+    syncTerms();
     ceres::Solver::Options options;
     options.max_num_iterations = max_iterations;
     options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
@@ -184,8 +183,22 @@ class GraphProblem {
     Pose T_from_to;
     Matrix6d root;
   };
+  // Rejected edges leave the problem: one across the map would fill the factorisation even at weight 0.
+  void syncTerms() {
+    for (size_t i = 0; i < edges_.size(); ++i) {
+      const BuiltEdge& e = edges_[i];
+      if (weights_[i] > 0 && terms_[i] == nullptr) {
+        terms_[i] = problem_.AddResidualBlock(new EdgeCost(e.T_from_to, e.root, &weights_[i]), nullptr,
+                                              blocks_[e.from].data(), blocks_[e.to].data());
+      } else if (weights_[i] <= 0 && terms_[i] != nullptr) {
+        problem_.RemoveResidualBlock(terms_[i]);
+        terms_[i] = nullptr;
+      }
+    }
+  }
   static ceres::Problem::Options problemOptions() {
     ceres::Problem::Options options;
+    options.enable_fast_removal = true;
     options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
     return options;
   }
@@ -195,7 +208,8 @@ class GraphProblem {
   std::vector<Block> blocks_;
   std::vector<double> weights_;
   std::vector<BuiltEdge> edges_;
-  ceres::Problem problem_;  // last: goes before what it points to
+  std::vector<ceres::ResidualBlockId> terms_;  // per edge, null if out
+  ceres::Problem problem_;                     // last: goes before what it points to
 };
 
 // Sharpens until every loop is either in or out. Leaves weights of 0 and 1.
@@ -251,11 +265,12 @@ Result<GraphSolution> optimiseGraph(const std::map<KeyframeId, Pose>& initial, s
   for (size_t i = 0; i < edges.size(); ++i) {
     if (edges[i].kind != EdgeKind::kOdometry) loops.push_back(i);
   }
-  if (Result<void> solved = graph.solve(options.max_iterations, solution.iterations); !solved) return solved.error();
   if (options.reject_loops && !loops.empty()) {
+    const int first = std::min(options.max_iterations, kIterationsBeforeSharpening);
+    if (Result<void> solved = graph.solve(first, solution.iterations); !solved) return solved.error();
     if (Result<void> r = rejectFalseLoops(graph, loops, options, solution.iterations); !r) return r.error();
-    if (Result<void> solved = graph.solve(options.max_iterations, solution.iterations); !solved) return solved.error();
   }
+  if (Result<void> solved = graph.solve(options.max_iterations, solution.iterations); !solved) return solved.error();
 
   solution.final_cost = graph.cost();
   solution.edge_weight = graph.weights();
