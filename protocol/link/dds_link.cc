@@ -16,6 +16,7 @@
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/ContentFilteredTopic.hpp>
+#include <limits>
 #include <map>
 #include <mutex>
 
@@ -263,18 +264,17 @@ int DdsLink::writersOf(Topic topic) const {
 }
 
 int DdsLink::peers() const {
-  // A peer counts once the topics that only it has are matched in both directions.
-  switch (options_.role) {
-    case LinkRole::kRobot:
-      return std::min(
-          {readersOf(Topic::kKeyframe), readersOf(Topic::kInterest), writersOf(Topic::kAck), writersOf(Topic::kTile)});
-    case LinkRole::kCore:
-      return std::min(
-          {writersOf(Topic::kHello), writersOf(Topic::kKeyframe), readersOf(Topic::kAck), readersOf(Topic::kTile)});
-    case LinkRole::kObserver:
-      break;
+  // A peer counts once every topic between the two is matched; topics of the others would only add to a count.
+  int count = std::numeric_limits<int>::max();
+  for (const auto& [topic, writer] : writers_) {
+    const bool to_peer = options_.role == LinkRole::kRobot || reads(LinkRole::kRobot, topic);
+    if (to_peer) count = std::min(count, readersOf(topic));
   }
-  return writersOf(Topic::kCoreStatus);
+  for (const auto& [topic, inlet] : inlets_) {
+    const bool from_peer = options_.role != LinkRole::kObserver || writes(LinkRole::kCore, topic);
+    if (from_peer) count = std::min(count, writersOf(topic));
+  }
+  return count;
 }
 
 bool isOwnAddress(const std::string& address) {

@@ -1,5 +1,6 @@
 #include "protocol/link/loopback_link.h"
 
+#include <algorithm>
 #include <condition_variable>
 #include <deque>
 #include <list>
@@ -22,7 +23,7 @@ struct LoopbackHub::State {
   std::mutex mutex;
   std::condition_variable arrived;
   std::list<Endpoint*> endpoints;  // in order of connection
-  std::list<Latched> latched;      // in order of publication, one per topic and robot
+  std::list<Latched> latched;      // in order of publication
 };
 
 class LoopbackHub::Endpoint : public Link {
@@ -53,12 +54,7 @@ class LoopbackHub::Endpoint : public Link {
                          std::to_string(reader->waiting_bytes_) + " bytes wait and takes no more"};
       }
     }
-    if (isLatched(topic)) {
-      state_->latched.remove_if([&](const State::Latched& last) {
-        return last.writer == this && last.delivery.topic == topic && last.delivery.robot == robot;
-      });
-      state_->latched.push_back({this, delivery});
-    }
+    if (latchedDepth(topic) > 0) latch(delivery);
     for (Endpoint* reader : state_->endpoints) {
       if (reader->wants(delivery)) reader->push(delivery);
     }
@@ -87,6 +83,16 @@ class LoopbackHub::Endpoint : public Link {
   bool wants(const Delivery& delivery) const {
     return reads(role_, delivery.topic) &&
            (role_ != LinkRole::kRobot || delivery.robot.empty() || delivery.robot == robot_);
+  }
+  // The oldest of the same topic and robot makes room once there are as many as late joiners get.
+  void latch(const Delivery& delivery) {
+    const auto alike = [&](const State::Latched& last) {
+      return last.writer == this && last.delivery.topic == delivery.topic && last.delivery.robot == delivery.robot;
+    };
+    auto& latched = state_->latched;
+    const auto held = static_cast<size_t>(std::count_if(latched.begin(), latched.end(), alike));
+    if (held >= latchedDepth(delivery.topic)) latched.erase(std::find_if(latched.begin(), latched.end(), alike));
+    latched.push_back({this, delivery});
   }
   void push(const Delivery& delivery) {
     waiting_bytes_ += delivery.payload.size();

@@ -32,7 +32,7 @@ Depth depthOf(Topic topic) {
       return {false, 256, 64};
     case Topic::kVerdict:
     case Topic::kMerge:
-      return {false, 256, 64};
+      return {false, static_cast<int>(latchedDepth(topic)), 4};
     default:
       return {false, 1, 256};
   }
@@ -44,7 +44,7 @@ void setCommon(Topic topic, Qos& qos) {
   const Depth depth = depthOf(topic);
   qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
   qos.reliability().max_blocking_time = eprosima::fastrtps::Duration_t(kMaxBlocking_s, 0);
-  qos.durability().kind = isLatched(topic) ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
+  qos.durability().kind = latchedDepth(topic) > 0 ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
   qos.history().kind = depth.keep_all ? dds::KEEP_ALL_HISTORY_QOS : dds::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = depth.per_robot;
   qos.resource_limits().max_samples_per_instance = depth.per_robot;

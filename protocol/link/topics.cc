@@ -55,7 +55,20 @@ bool reads(LinkRole role, Topic topic) {
   return false;
 }
 
-bool isLatched(Topic topic) { return topic == Topic::kHello || topic == Topic::kAck || topic == Topic::kCorrection; }
+size_t latchedDepth(Topic topic) {
+  switch (topic) {
+    case Topic::kHello:
+    case Topic::kAck:
+    case Topic::kCorrection:
+    case Topic::kCoreStatus:
+      return 1;
+    case Topic::kVerdict:
+    case Topic::kMerge:
+      return 256;
+    default:
+      return 0;
+  }
+}
 
 std::string roleName(LinkRole role) {
   return role == LinkRole::kRobot ? "robot" : role == LinkRole::kCore ? "core" : "observer";

@@ -18,8 +18,8 @@ std::string topicName(Topic topic);
 bool writes(LinkRole role, Topic topic);
 bool reads(LinkRole role, Topic topic);
 
-/// Whether who joins late still gets the last message of each robot, as long as its writer lives.
-bool isLatched(Topic topic);
+/// How many of the last messages for each robot who joins late still gets, as long as their writer lives.
+size_t latchedDepth(Topic topic);
 
 /// "robot", "core" or "observer".
 std::string roleName(LinkRole role);

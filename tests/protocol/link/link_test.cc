@@ -210,6 +210,20 @@ TEST_P(EveryLink, AnObserverSeesWhatIsForAllAndNoImages) {
   EXPECT_FALSE(observer->receive(200ms));
 }
 
+TEST_P(EveryLink, ALateObserverGetsTheLastMergesInOrder) {
+  auto core = connect_(LinkRole::kCore, "");
+  ASSERT_TRUE(core);
+  for (uint32_t i = 0; i < 300; ++i) ASSERT_TRUE(core->publish(Topic::kMerge, "", pattern(10, i)));
+  auto observer = connect_(LinkRole::kObserver, "");
+  ASSERT_TRUE(observer);
+  for (uint32_t i = 300 - 256; i < 300; ++i) {
+    const auto got = observer->receive(20s);
+    ASSERT_TRUE(got) << i;
+    EXPECT_EQ(got->payload, pattern(10, i)) << i;
+  }
+  EXPECT_FALSE(observer->receive(200ms));
+}
+
 TEST_P(EveryLink, ReceiveWaitsAsLongAsAskedAndNoLonger) {
   auto core = connect_(LinkRole::kCore, "");
   ASSERT_TRUE(core);
