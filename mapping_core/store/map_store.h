@@ -42,14 +42,17 @@ class MapStore {
   Result<std::vector<StoredKeyframe>> keyframes() const;
   Result<std::vector<uint8_t>> encodedKeyframe(const KeyframeId& id) const;
 
+  /// An edge of the same kind between the same keyframes, in this direction, is replaced in its place.
   Result<void> addEdge(const Edge& edge);
   Result<std::vector<Edge>> edges() const;
   Result<void> addVerdict(const MatchVerdict& verdict);
   Result<std::vector<MatchVerdict>> verdicts() const;
+  /// A record of the same number is replaced.
   Result<void> addMerge(const MergeRecord& merge);
   Result<std::vector<MergeRecord>> merges() const;
 
-  /// Replaces poses and map names of the given keyframes in one transaction.
+  /// Replaces poses and map names of the given keyframes in one transaction; kWrongUse, and nothing
+  /// changes, if one is not in the store.
   Result<void> setPoses(const MapId& map, const std::map<KeyframeId, Pose>& T_map_cam);
   /// Replaces all tiles of all maps in one transaction.
   Result<void> setTiles(std::span<const Tile> tiles);
