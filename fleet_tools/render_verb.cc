@@ -20,7 +20,7 @@ namespace {
 
 struct RenderOptions {
   std::string store, out, map;
-  std::string view = "orbit", size = "1280x960", device = "auto";
+  std::string view = "orbit", size = "1600x1000", device = "auto";
   Colouring colouring = Colouring::kRgb;
   bool json = false;
 };

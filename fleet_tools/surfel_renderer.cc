@@ -42,13 +42,13 @@ Eigen::Vector3f confidenceColour(float confidence) {
 
 Eigen::Vector3f groundColour(int y, int height) {
   const float part = static_cast<float>(y) / static_cast<float>(height);
-  return (1 - part) * Eigen::Vector3f(250, 251, 253) + part * Eigen::Vector3f(222, 226, 232);
+  return (1 - part) * Eigen::Vector3f(236, 240, 246) + part * Eigen::Vector3f(203, 210, 221);
 }
 
 // A light over the viewer's left shoulder; enough to tell surfaces of one colour apart.
 float shade(const Eigen::Vector3f& normal_cam) {
   const Eigen::Vector3f to_light = Eigen::Vector3f(-0.4f, -0.6f, -0.7f).normalized();
-  return 0.72f + 0.33f * std::max(0.0f, normal_cam.dot(to_light));
+  return 0.78f + 0.27f * std::max(0.0f, normal_cam.dot(to_light));
 }
 
 Eigen::Vector3f paint(const PredictedView& seen, size_t pixel, const Eigen::Matrix3f& R_map_cam, Colouring colouring) {

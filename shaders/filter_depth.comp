@@ -1,4 +1,5 @@
 // One direction of a bilateral filter on inverse depth, in which planes are linear; run for rows, then for columns.
+// Neighbours enter in pairs from both sides, so that slanted surfaces are not pulled at edges, holes and borders.
 // Reads inverse depth (0 = none), writes it filtered. One item = one pixel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
@@ -24,16 +25,18 @@ void visit(uint i) {
   float centre = inverse_depth[i];
   float sigma = 3.0 * (push.noise_floor * centre * centre + push.noise_factor);
   float range = 0.5 / (sigma * sigma);
-  float sum = 0.0;
-  float weights = 0.0;
-  for (int k = -kRadius; k <= kRadius; ++k) {
-    bool inside = place + k >= 0 && place + k < size;
-    float value = inverse_depth[int(i) + (inside ? k * stride : 0)];
-    float difference = value - centre;
+  float sum = centre;
+  float weights = 1.0;
+  for (int k = 1; k <= kRadius; ++k) {
+    bool inside = place >= k && place + k < size;
+    int offset = inside ? k * stride : 0;
+    float before = inverse_depth[int(i) - offset];
+    float after = inverse_depth[int(i) + offset];
+    float difference = max(abs(before - centre), abs(after - centre));
     float weight = exp(-(float(k * k) * kSpatial + difference * difference * range));
-    weight = inside && value > 0.0 ? weight : 0.0;
-    sum += weight * value;
-    weights += weight;
+    weight = inside && before > 0.0 && after > 0.0 ? weight : 0.0;
+    sum += weight * (before + after);
+    weights += 2.0 * weight;
   }
   filtered[i] = centre > 0.0 ? sum / weights : 0.0;
 }

@@ -93,7 +93,6 @@ Result<PredictedView> SurfelMap::predict(const CameraModel& camera, const Pose& 
 
 Result<void> SurfelMap::moveOwners(std::span<const Pose> T_new_old) {
   State& s = *state_;
-  if (T_new_old.empty() || s.rows == 0) return {};
   std::vector<float> rows;
   rows.reserve(T_new_old.size() * 12);
   for (size_t owner = 0; owner < T_new_old.size(); ++owner) {
@@ -105,6 +104,7 @@ Result<void> SurfelMap::moveOwners(std::span<const Pose> T_new_old) {
       for (int column = 0; column < 4; ++column) rows.push_back(static_cast<float>(matrix(row, column)));
     }
   }
+  if (rows.empty() || s.rows == 0) return {};
   const size_t bytes = rows.size() * sizeof(float);
   if (s.motions.bytes() < bytes) {
     auto motions = gpu::Buffer::create(*s.context, bytes, "owner motions");

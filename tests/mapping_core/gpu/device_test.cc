@@ -1,0 +1,99 @@
+#include "mapping_core/gpu/device.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "mapping_core/gpu/buffer.h"
+#include "tests/mapping_core/gpu/test_device.h"
+
+namespace comap {
+namespace {
+
+TEST(Device, ListsItsKindWithNameAndType) {
+  COMAP_DEVICE_OR_SKIP(device);
+  const auto devices = gpu::listDevices();
+  ASSERT_TRUE(devices) << devices.error().text;
+  ASSERT_FALSE(devices->empty());
+  for (size_t i = 0; i < devices->size(); ++i) {
+    EXPECT_EQ((*devices)[i].index, i);
+    EXPECT_FALSE((*devices)[i].name.empty());
+    EXPECT_FALSE((*devices)[i].type.empty());
+  }
+  EXPECT_TRUE((*devices)[device.info().index].refusal.empty());
+  EXPECT_EQ(validationText(device), "");
+}
+
+TEST(Device, TakesAnIndexFromTheList) {
+  COMAP_DEVICE_OR_SKIP(device);
+  gpu::DeviceOptions options;
+  options.choice = std::to_string(device.info().index);
+  const auto same = gpu::Device::create(options);
+  ASSERT_TRUE(same) << same.error().text;
+  EXPECT_EQ(same->info().name, device.info().name);
+}
+
+TEST(Device, RefusesAnIndexBeyondTheListAndSaysWhatThereIs) {
+  COMAP_DEVICE_OR_SKIP(device);
+  gpu::DeviceOptions options;
+  options.choice = "4000000000";
+  const auto none = gpu::Device::create(options);
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().code, ErrorCode::kNoDevice);
+  EXPECT_NE(none.error().text.find(device.info().name), std::string::npos) << none.error().text;
+}
+
+TEST(Device, RefusesAChoiceThatIsNone) {
+  COMAP_DEVICE_OR_SKIP(device);
+  for (const char* choice : {"", "gpu", "-1", "1x", "99999999999999999999"}) {
+    gpu::DeviceOptions options;
+    options.choice = choice;
+    const auto none = gpu::Device::create(options);
+    ASSERT_FALSE(none) << choice;
+    EXPECT_EQ(none.error().code, ErrorCode::kWrongUse) << choice;
+  }
+}
+
+class BufferTest : public testing::TestWithParam<bool> {};
+
+TEST_P(BufferTest, GivesBackWhatWasWritten) {
+  COMAP_DEVICE_OR_SKIP(shared);
+  gpu::DeviceOptions options;
+  options.choice = std::to_string(shared.info().index);
+  options.validation = true;
+  options.force_staging = GetParam();
+  auto device = gpu::Device::create(options);
+  ASSERT_TRUE(device) << device.error().text;
+  auto buffer = gpu::Buffer::create(device->context(), 4000, "test");
+  ASSERT_TRUE(buffer) << buffer.error().text;
+  if (GetParam()) {
+    EXPECT_EQ(buffer->mapped(), nullptr);
+  }
+  std::vector<uint32_t> values(1000);
+  std::iota(values.begin(), values.end(), 7u);
+  ASSERT_TRUE(buffer->write(std::span<const uint32_t>(values)));
+  const std::vector<uint32_t> two = {1, 2};
+  ASSERT_TRUE(buffer->write(std::span<const uint32_t>(two), 500));
+  values[500] = 1;
+  values[501] = 2;
+  const auto back = buffer->read<uint32_t>(1000);
+  ASSERT_TRUE(back) << back.error().text;
+  EXPECT_EQ(*back, values);
+  const auto part = buffer->read<uint32_t>(3, 499);
+  ASSERT_TRUE(part);
+  EXPECT_EQ(*part, (std::vector<uint32_t>{506, 1, 2}));
+  EXPECT_EQ(validationText(*device), "");
+}
+INSTANTIATE_TEST_SUITE_P(MappedAndStaged, BufferTest, testing::Bool());
+
+TEST(Buffer, LargerThanTheDeviceAllowsIsRefusedByName) {
+  COMAP_DEVICE_OR_SKIP(device);
+  const auto buffer = gpu::Buffer::create(device.context(), device.maxBufferBytes() + 1, "too large");
+  ASSERT_FALSE(buffer);
+  EXPECT_EQ(buffer.error().code, ErrorCode::kOutOfMemory);
+  EXPECT_NE(buffer.error().text.find("too large"), std::string::npos);
+  EXPECT_EQ(validationText(device), "");
+}
+
+}  // namespace
+}  // namespace comap

@@ -1,0 +1,223 @@
+// Each kernel against its scalar oracle in tests/reference, on small views of an analytic room.
+// Tolerances: the device may contract and reorder single-precision arithmetic, so that values differ in the last digits
+// and a few decisions at thresholds fall the other way; the share of those is bounded.
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <map>
+#include <random>
+#include <tuple>
+
+#include "mapping_core/surfels/fusion.h"
+#include "tests/mapping_core/gpu/test_device.h"
+#include "tests/reference/fusion_reference.h"
+#include "tests/reference/prediction_reference.h"
+#include "tests/scenes/scene.h"
+
+namespace comap {
+namespace {
+
+const CameraModel kCamera{131.25, 131.25, 79.5, 59.5, 160, 120};
+
+Frame noisyView(const Pose& T_map_cam, uint32_t seed) {
+  Frame frame = Scene::room().render(kCamera, T_map_cam);
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise(0, 10);  // 2 mm
+  for (size_t i = 0; i < frame.depth.size(); ++i) {
+    uint16_t& depth = frame.depth.data()[i];
+    if (depth == 0) continue;
+    depth = random() % 50 == 0 ? uint16_t{0} : static_cast<uint16_t>(std::lround(depth + noise(random)));
+  }
+  return frame;
+}
+
+Pose viewPose(int i) {
+  Vector6d twist;
+  twist << 0.05 * i, 0.01 * i, 0.03 * i, 0.01 * i, 0.04 * i, -0.01 * i;
+  return Pose::exp(twist);
+}
+
+// The maps of one keyframe as the device makes them.
+struct Measured {
+  std::vector<float> filtered;
+  std::vector<std::array<float, 4>> measurements;
+};
+
+Measured measureOnDevice(gpu::Device& device, const Frame& frame, const Pose& T_map_cam, const FusionParameters& p) {
+  KeyframeMaps maps;
+  const auto kernels = SurfelKernels::create(device.context());
+  EXPECT_TRUE(kernels && maps.reserve(device.context(), frame.depth.size()) &&
+              maps.upload(frame.colour, frame.depth, p));
+  auto recorder = gpu::Recorder::begin(device.context());
+  EXPECT_TRUE(recorder);
+  maps.recordMeasure(*recorder, *kernels, framePush(frame.camera, T_map_cam, p));
+  EXPECT_TRUE(recorder->submit());
+  return {*maps.filtered.read<float>(frame.depth.size()),
+          *maps.measurements.read<std::array<float, 4>>(frame.depth.size())};
+}
+
+TEST(FilterDepth, MatchesOracle) {
+  COMAP_DEVICE_OR_SKIP(device);
+  const FusionParameters p;
+  const Frame frame = noisyView(Pose(), 1);
+  const Measured found = measureOnDevice(device, frame, Pose(), p);
+  const auto expected =
+      reference::filterDepth(reference::filterDepth(reference::inverseDepth(frame.depth, p), false, p), true, p);
+  size_t valid = 0;
+  for (size_t i = 0; i < expected.size(); ++i) {
+    ASSERT_EQ(found.filtered[i] > 0, expected.data()[i] > 0) << "pixel " << i;
+    ASSERT_NEAR(found.filtered[i], expected.data()[i], 1e-5f * (1 + expected.data()[i])) << "pixel " << i;
+    valid += expected.data()[i] > 0;
+  }
+  EXPECT_GT(valid, expected.size() * 9 / 10);
+  EXPECT_EQ(validationText(device), "");
+}
+
+TEST(Measure, MatchesOracle) {
+  COMAP_DEVICE_OR_SKIP(device);
+  const FusionParameters p;
+  const Frame frame = noisyView(Pose(), 2);
+  const Measured found = measureOnDevice(device, frame, Pose(), p);
+  const auto expected = reference::measure(
+      reference::View(kCamera, Pose(), p),
+      reference::filterDepth(reference::filterDepth(reference::inverseDepth(frame.depth, p), false, p), true, p));
+  size_t differ = 0, valid = 0;
+  for (size_t i = 0; i < expected.size(); ++i) {
+    const auto& m = expected.data()[i];
+    const Eigen::Vector3f normal(found.measurements[i][0], found.measurements[i][1], found.measurements[i][2]);
+    if ((found.measurements[i][3] > 0) != (m.depth > 0)) {
+      ++differ;
+      continue;
+    }
+    if (m.depth <= 0) continue;
+    ++valid;
+    EXPECT_NEAR(found.measurements[i][3], m.depth, 1e-4f) << "pixel " << i;
+    EXPECT_LT((normal - m.normal).norm(), 2e-3f) << "pixel " << i;
+  }
+  EXPECT_GT(valid, expected.size() / 2);
+  EXPECT_LE(differ, expected.size() / 1000);
+}
+
+std::vector<reference::Row> rowsOf(const StreamRows& streams) {
+  std::vector<reference::Row> rows;
+  for (size_t i = 0; i < streams.places.size(); ++i) {
+    const auto &place = streams.places[i], &shape = streams.shapes[i];
+    const auto& look = streams.looks[i];
+    reference::Row row;
+    row.position = {place[0], place[1], place[2]};
+    row.confidence = place[3];
+    row.normal = {shape[0], shape[1], shape[2]};
+    row.radius = shape[3];
+    row.colour = Eigen::Vector3f(static_cast<float>(look[0] & 0xffff), static_cast<float>(look[0] >> 16),
+                                 static_cast<float>(look[1] & 0xffff)) /
+                 256;
+    row.observations = look[1] >> 16;
+    row.owner = look[2];
+    row.contributors = look[3];
+    row.precision = std::bit_cast<float>(streams.records[i][0]);
+    row.misses = streams.records[i][1] & 0xff;
+    row.violations = streams.records[i][1] >> 8;
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+// Fuses keyframe after keyframe on the device; before each the oracle starts from the device's own rows, so that one
+// decision at a threshold does not spread.
+TEST(Fusion, MatchesOracleKeyframeByKeyframe) {
+  COMAP_DEVICE_OR_SKIP(device);
+  const FusionParameters p;
+  auto& context = device.context();
+  const auto kernels = SurfelKernels::create(context);
+  auto streams = SurfelStreams::create(context, 1 << 15);
+  KeyframeMaps maps;
+  FusionScratch scratch;
+  ASSERT_TRUE(kernels && streams && scratch.reserve(context, streams->capacity) &&
+              maps.reserve(context, kCamera.width * kCamera.height));
+  uint32_t count = 0;
+  for (uint32_t k = 0; k < 5; ++k) {
+    const Pose T_map_cam = viewPose(static_cast<int>(k));
+    const Frame frame = noisyView(T_map_cam, 10 + k);
+    const auto before = readRows(*streams, count);
+    ASSERT_TRUE(before);
+    auto oracle = rowsOf(*before);
+    const FusionReport expected =
+        reference::fuse(reference::View(kCamera, T_map_cam, p), oracle, frame.colour, frame.depth, k, 1u << (k % 2));
+    ASSERT_TRUE(maps.upload(frame.colour, frame.depth, p));
+    const FusionStep step{framePush(kCamera, T_map_cam, p), count, k, 1u << (k % 2)};
+    const auto counts = fuseKeyframe(context, *kernels, *streams, maps, scratch, p, step);
+    ASSERT_TRUE(counts) << counts.error().text;
+    count += counts->inserted;
+
+    const uint32_t slack = 20 + expected.total / 200;
+    EXPECT_NEAR(counts->updated, expected.updated, slack) << "keyframe " << k;
+    EXPECT_NEAR(counts->inserted, expected.inserted, slack) << "keyframe " << k;
+    EXPECT_NEAR(counts->removed, expected.removed, slack) << "keyframe " << k;
+    if (k > 0) {
+      EXPECT_GT(counts->updated, 1000u);
+    }
+
+    // Row by row where both kept the row: surfels are found by creation order of those there were before.
+    const auto after = readRows(*streams, count);
+    ASSERT_TRUE(after);
+    const auto found = rowsOf(*after);
+    std::map<std::tuple<uint32_t, float, float, float>, const reference::Row*> by_place;
+    for (const auto& row : oracle) {
+      by_place[{row.owner, std::round(row.position.x() * 2000), std::round(row.position.y() * 2000),
+                std::round(row.position.z() * 2000)}] = &row;
+    }
+    size_t alive = 0, matched = 0;
+    for (const auto& row : found) {
+      if (row.confidence < 0) continue;
+      ++alive;
+      const auto same = by_place.find({row.owner, std::round(row.position.x() * 2000),
+                                       std::round(row.position.y() * 2000), std::round(row.position.z() * 2000)});
+      if (same == by_place.end()) continue;
+      const reference::Row& other = *same->second;
+      matched += (row.position - other.position).norm() < 1e-4f && (row.normal - other.normal).norm() < 5e-3f &&
+                 std::abs(row.radius - other.radius) < 1e-4f && std::abs(row.confidence - other.confidence) < 1e-3f &&
+                 std::abs(row.precision - other.precision) < 1e-2f && (row.colour - other.colour).norm() < 0.1f &&
+                 row.observations == other.observations && row.contributors == other.contributors &&
+                 row.misses == other.misses && row.violations == other.violations;
+    }
+    EXPECT_GT(matched, alive * 95 / 100) << "keyframe " << k << ": " << matched << " of " << alive;
+  }
+  EXPECT_EQ(validationText(device), "");
+}
+
+TEST(Prediction, MatchesOracle) {
+  COMAP_DEVICE_OR_SKIP(device);
+  const CameraModel small{65.6, 65.6, 39.5, 29.5, 80, 60};
+  const FusionParameters p;
+  const Frame frame = noisyView(Pose(), 3);
+  auto map = SurfelMap::create(device, p);
+  ASSERT_TRUE(map && map->fuse(kCamera, frame.colour, frame.depth, Pose(), 0, 1));
+  const auto surfels = map->download();
+  ASSERT_TRUE(surfels && surfels->size() > 500);
+  for (const bool both_sides : {false, true}) {
+    // Seen from the front, or from the side where some are seen from behind.
+    const Pose T_map_cam = both_sides ? Pose(Eigen::Quaterniond(Eigen::AngleAxisd(1.2, Eigen::Vector3d::UnitY())),
+                                             Eigen::Vector3d(-1.5, 0, 1.0))
+                                      : viewPose(2);
+    const PredictionOptions options{0.3f, 20, both_sides};
+    const auto found = map->predict(small, T_map_cam, options);
+    ASSERT_TRUE(found);
+    const PredictedView expected = reference::predict(reference::View(small, T_map_cam, p), *surfels, options);
+    size_t differ = 0, filled = 0;
+    for (size_t i = 0; i < expected.depth_m.size(); ++i) {
+      filled += expected.depth_m.data()[i] > 0;
+      const bool same = std::abs(found->depth_m.data()[i] - expected.depth_m.data()[i]) < 1e-3f &&
+                        (found->normal.data()[i] - expected.normal.data()[i]).norm() < 1e-3f &&
+                        found->colour.data()[i] == expected.colour.data()[i] &&
+                        std::abs(found->confidence.data()[i] - expected.confidence.data()[i]) < 1e-4f &&
+                        found->contributors.data()[i] == expected.contributors.data()[i];
+      differ += !same;
+    }
+    EXPECT_GT(filled, expected.depth_m.size() / 10);
+    EXPECT_LE(differ, filled / 50 + 5) << "both sides " << both_sides;
+  }
+  EXPECT_EQ(validationText(device), "");
+}
+
+}  // namespace
+}  // namespace comap

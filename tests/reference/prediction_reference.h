@@ -1,0 +1,10 @@
+// Scalar oracle of the three passes of a prediction, by trying every disc at every pixel.
+#pragma once
+
+#include "tests/reference/camera_reference.h"
+
+namespace comap::reference {
+
+PredictedView predict(const View& view, const std::vector<Surfel>& surfels, const PredictionOptions& options);
+
+}  // namespace comap::reference
