@@ -261,9 +261,10 @@ Result<PlyPoints> readPly(const std::string& path) {
   if (!header) return header.error();
   // Before memory is taken: a vertex needs its bytes, and in ASCII a digit and a space for each property.
   const uint64_t least = header->ascii ? 2 * header->properties.size() : header->stride;
-  if (header->vertices > size / least) {
-    return bad(path, "says " + std::to_string(header->vertices) + " vertices, more than its " + std::to_string(size) +
-                         " bytes can hold");
+  const uint64_t left = size - static_cast<uint64_t>(file.tellg());
+  if (header->vertices > left / least + 1) {
+    return bad(path, "says " + std::to_string(header->vertices) + " vertices, more than the " + std::to_string(left) +
+                         " bytes behind its header hold");
   }
   PlyPoints points;
   points.positions.reserve(header->vertices);

@@ -12,10 +12,10 @@ std::vector<SceneInfo> knownScenes() {
           {"corridor", "a long painted corridor, poor in texture and shape"}};
 }
 
-Result<Scene> makeScene(const std::string& name, uint64_t seed, int threads) {
+Result<Scene> makeScene(const std::string& name, uint64_t seed) {
   Scene scene;
   scene.name = name;
-  scene.textures = makeTextures(seed, threads);
+  scene.seed = seed;
   if (name == "flat") {
     furnishFlat(scene, seed);
   } else if (name == "twins") {

@@ -45,8 +45,8 @@ struct Route {
 
 struct Scene {
   std::string name;
+  uint64_t seed = 0;  ///< of the textures, by TextureId, that the primitives refer to
   std::vector<Primitive> primitives;
-  std::vector<Texture> textures;
   std::vector<Lamp> lamps;
   std::vector<Route> routes;  ///< by robot: a, b, c, ...
 };
@@ -60,7 +60,7 @@ struct SceneInfo {
 std::vector<SceneInfo> knownScenes();
 
 /// kWrongUse, with the known names, if there is no such scene. The seed varies books, pictures, grain.
-Result<Scene> makeScene(const std::string& name, uint64_t seed, int threads = 1);
+Result<Scene> makeScene(const std::string& name, uint64_t seed);
 
 /// Distance from `point` to the solid's bounding box in its own axes, 0 inside, metres: never more than to the solid.
 float clearance(const Primitive& primitive, const Eigen::Vector3f& point);

@@ -144,7 +144,7 @@ Result<void> checkOptions(const SynthOptions& options, const Scene& scene) {
 
 Result<SynthSummary> synthesise(const SynthOptions& options, const std::function<void(size_t, size_t)>& progress) {
   const auto begin = std::chrono::steady_clock::now();
-  auto scene = makeScene(options.scene, options.seed, options.threads);
+  auto scene = makeScene(options.scene, options.seed);
   if (!scene) return scene.error();
   if (auto checked = checkOptions(options, *scene); !checked) return checked.error();
   if (auto prepared = prepareFolder(options); !prepared) return prepared.error();

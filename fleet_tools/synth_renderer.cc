@@ -60,7 +60,10 @@ struct SynthRenderer::Rays {
 };
 
 SynthRenderer::SynthRenderer(const Scene& scene, int threads)
-    : scene_(scene), threads_(std::max(1, threads)), light_(scene, threads_) {}
+    : scene_(scene),
+      threads_(std::max(1, threads)),
+      textures_(makeTextures(scene.seed, threads_)),
+      light_(scene, threads_) {}
 
 SynthView SynthRenderer::render(const CameraModel& camera, const Pose& T_world_cam) const {
   SynthView view{ColourImage(camera.width, camera.height), Image<float>(camera.width, camera.height, kNever),
@@ -161,7 +164,7 @@ Vector3f SynthRenderer::shade(int index, const Vector3f& origin, const Vector3f&
   const Vector3f ray = primitive.R_local_world * direction;
   const float facing = std::max(0.02f, -spot.normal_local.dot(ray) / ray.norm());
   if (cosine != nullptr) *cosine = facing;
-  const auto& texture = scene_.textures[static_cast<size_t>(primitive.texture)];
+  const auto& texture = textures_[static_cast<size_t>(primitive.texture)];
   const float per_a = primitive.fit ? 1 : spot.size_a / texture.edge_m();
   const float per_b = primitive.fit ? 1 : spot.size_b / texture.edge_m();
   const float footprint_m = depth_m * pixel / std::sqrt(facing);

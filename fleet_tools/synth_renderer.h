@@ -19,7 +19,7 @@ struct SynthView {
 
 class SynthRenderer {
  public:
-  /// Computes the light of the scene, which must outlive this.
+  /// Draws the textures and computes the light of the scene, which must outlive this: a second or two.
   SynthRenderer(const Scene& scene, int threads);
 
   /// One view; the same for every number of threads.
@@ -38,6 +38,7 @@ class SynthRenderer {
 
   const Scene& scene_;
   int threads_;
+  std::vector<Texture> textures_;
   LightMap light_;
 };
 

@@ -1,0 +1,126 @@
+#include <gtest/gtest.h>
+
+#include "fleet_tools/evaluate.h"
+#include "tests/edge_agent/capture/temporary_folder.h"
+
+namespace comap {
+namespace {
+
+using nlohmann::json;
+
+// Six positions of a symmetric cross around (5, 0, 0), moved by `x`.
+std::string crossAt(double x) {
+  const double arms[6][3] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  std::string text;
+  for (int i = 0; i < 6; ++i) {
+    text += std::to_string(i) + " " + std::to_string(5 + x + arms[i][0]) + " " + std::to_string(arms[i][1]) + " " +
+            std::to_string(arms[i][2]) + " 0 0 0 1\n";
+  }
+  return text;
+}
+
+// Two robots that are right by themselves, and b 0.4 m off from a in the joint map.
+class EvaluateTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_.write("truth.txt", crossAt(0));
+    folder_.write("run/a.trajectory.txt", crossAt(0));
+    folder_.write("run/b.trajectory.txt", crossAt(0.4));
+    writeReport(R"({"robots":{"a":{"frames":6,"map":"a/1/0"},"b":{"frames":6,"map":"a/1/0"}},"wall_s":3.5})");
+    truth_.trajectories = {{"a", folder_ / "truth.txt"}, {"b", folder_ / "truth.txt"}};
+  }
+  void writeReport(const std::string& text) { folder_.write("run/report.json", text); }
+  Result<RunEvaluation> evaluate() { return evaluateRun(folder_ / "run", truth_, 2); }
+
+  TemporaryFolder folder_;
+  RunTruth truth_;
+};
+
+TEST_F(EvaluateTest, OneMapGetsAJointError) {
+  auto evaluation = evaluate();
+  ASSERT_TRUE(evaluation) << evaluation.error().text;
+  EXPECT_NEAR(evaluation->robots["a"].own.ate.rmse_m, 0, 1e-6);
+  EXPECT_NEAR(evaluation->robots["b"].own.ate.rmse_m, 0, 1e-6);
+  ASSERT_TRUE(evaluation->joint);
+  EXPECT_NEAR(evaluation->joint->rmse_m, 0.2, 1e-6);
+  EXPECT_NEAR(*evaluation->robots["b"].joint_rmse_m, 0.2, 1e-6);
+}
+
+TEST_F(EvaluateTest, SeveralMapsGetNoneAndSayWhy) {
+  writeReport(R"({"robots":{"a":{"map":"a/1/0"},"b":{"map":"b/2/0"}}})");
+  auto evaluation = evaluate();
+  ASSERT_TRUE(evaluation) << evaluation.error().text;
+  EXPECT_FALSE(evaluation->joint);
+  EXPECT_NE(evaluation->joint_reason.find("b in b/2/0"), std::string::npos) << evaluation->joint_reason;
+  auto report = updateReport(folder_ / "run", *evaluation);
+  ASSERT_TRUE(report) << report.error().text;
+  EXPECT_TRUE((*report)["joint_ate_rmse_m"].is_null());
+  EXPECT_FALSE((*report)["joint_ate_reason"].get<std::string>().empty());
+}
+
+TEST_F(EvaluateTest, TheReportKeepsWhatItHadAndGainsTheNumbers) {
+  folder_.write("truth.ply",
+                "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+                "property float nx\nproperty float ny\nproperty float nz\nend_header\n5 0 0 0 0 1\n");
+  // Joint alignment moves the map by -0.2 along x; the point then lies 5 mm above the truth's.
+  folder_.write("run/map.ply",
+                "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+                "end_header\n5.2 0 0.005\n");
+  truth_.surface = folder_ / "truth.ply";
+  auto evaluation = evaluate();
+  ASSERT_TRUE(evaluation) << evaluation.error().text;
+  ASSERT_TRUE(updateReport(folder_ / "run", *evaluation));
+  const json report = json::parse(folder_.read("run/report.json"));
+  EXPECT_EQ(report["wall_s"], 3.5);
+  EXPECT_EQ(report["robots"]["b"]["frames"], 6);
+  EXPECT_NEAR(report["robots"]["b"]["ate_rmse_m"].get<double>(), 0, 1e-6);
+  EXPECT_NEAR(report["joint_ate_rmse_m"].get<double>(), 0.2, 1e-6);
+  EXPECT_NEAR(report["surface"]["accuracy_mean_m"].get<double>(), 0.005, 1e-6);
+  EXPECT_NEAR(report["surface"]["accuracy_median_m"].get<double>(), 0.005, 1e-6);
+  EXPECT_EQ(report["surface"]["completeness_2cm"], 1.0);
+}
+
+TEST_F(EvaluateTest, EvaluatesOnlyWhatTheTrajectoryHolds) {
+  const std::string all = crossAt(0);
+  folder_.write("run/a.trajectory.txt", all.substr(0, all.find("4 ")));
+  truth_.trajectories.erase("b");
+  auto evaluation = evaluate();
+  ASSERT_TRUE(evaluation) << evaluation.error().text;
+  EXPECT_EQ(evaluation->robots["a"].own.ate.pairs, 4u);
+}
+
+TEST_F(EvaluateTest, BadInputsAreRefused) {
+  const auto expect = [&](ErrorCode code, const char* word) {
+    auto evaluation = evaluate();
+    ASSERT_FALSE(evaluation) << word;
+    EXPECT_EQ(evaluation.error().code, code) << evaluation.error().text;
+    EXPECT_NE(evaluation.error().text.find(word), std::string::npos) << evaluation.error().text;
+  };
+  writeReport("{\"robots\":");
+  expect(ErrorCode::kBadData, "report.json: is not a JSON object");
+  writeReport("[1]");
+  expect(ErrorCode::kBadData, "is not a JSON object");
+  writeReport("{\"robots\":7}");
+  expect(ErrorCode::kBadData, "no object 'robots'");
+  writeReport("{\"robots\":{\"a\":1}}");
+  expect(ErrorCode::kBadData, "robots.a");
+  writeReport("{\"robots\":{\"a\":{}}}");
+  expect(ErrorCode::kWrongUse, "no robot 'b'");
+  std::filesystem::remove(folder_ / "run/report.json");
+  expect(ErrorCode::kUnreachable, "report.json");
+  SetUp();
+  std::filesystem::remove(folder_ / "run/b.trajectory.txt");
+  expect(ErrorCode::kUnreachable, "b.trajectory.txt");
+  SetUp();
+  folder_.write("truth.txt", "100 0 0 0 0 0 0 1\n101 0 0 0 0 0 0 1\n");
+  expect(ErrorCode::kProblem, "only 0 of 6 poses");
+  SetUp();
+  truth_.surface = folder_ / "none.ply";
+  expect(ErrorCode::kUnreachable, "none.ply");
+  truth_.surface.clear();
+  truth_.trajectories = {{"../a", folder_ / "truth.txt"}};
+  expect(ErrorCode::kWrongUse, "../a");
+}
+
+}  // namespace
+}  // namespace comap
