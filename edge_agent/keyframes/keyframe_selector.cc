@@ -8,11 +8,13 @@ namespace comap {
 std::string_view keyframeReason(const TrackedFrame& tracked, int frames_since, double median_depth_m,
                                 TrackingState previous_state, const KeyframeOptions& options) {
   if (tracked.first) return "first";
+  // What could not be aligned ties to nothing and would be an island.
+  if (tracked.state == TrackingState::kLost || !tracked.alignment.solved) return {};
   if (tracked.state != previous_state) return "state";
   const double reach = options.translation_m * std::max(0.25, median_depth_m / 2);
   if (tracked.T_keyframe_cam.translation().norm() > reach) return "translation";
   if (tracked.T_keyframe_cam.angle() > options.rotation_rad) return "rotation";
-  if (tracked.alignment.solved && tracked.alignment.overlap < options.overlap) return "overlap";
+  if (tracked.alignment.overlap < options.overlap) return "overlap";
   if (frames_since >= options.max_frames) return "frames";
   return {};
 }

@@ -1,6 +1,16 @@
 #include "edge_agent/odometry/visual_odometry.h"
 
 namespace comap {
+namespace {
+
+bool hasEnoughDepth(const PyramidLevel& level) {
+  constexpr size_t kOneIn = 20;
+  size_t valid = 0;
+  for (size_t i = 0; i < level.depth_m.size(); ++i) valid += level.depth_m.data()[i] > 0;
+  return valid * kOneIn > level.depth_m.size();
+}
+
+}  // namespace
 
 TrackedFrame VisualOdometry::track(const Frame& frame) {
   buildPyramid(frame.colour, frame.depth, frame.camera, options_.reference.coarsest_level + 1, options_.depth_min_m,
@@ -8,8 +18,9 @@ TrackedFrame VisualOdometry::track(const Frame& frame) {
   TrackedFrame tracked;
   if (!has_reference_) {
     tracked.T_odom_cam = T_odom_last_;
-    tracked.first = true;
     velocity_.setZero();
+    tracked.first = hasEnoughDepth(live_.back());
+    if (!tracked.first) tracked.state = TrackingState::kLost;  // nothing to start from: wait for a better frame
     return tracked;
   }
   const Pose T_odom_predicted = T_odom_last_ * Pose::exp(velocity_);
@@ -34,7 +45,7 @@ TrackedFrame VisualOdometry::track(const Frame& frame) {
                   : poor_in_a_row_ > options_.lost_after ? TrackingState::kLost
                                                          : TrackingState::kPoor;
   if (tracked.state == TrackingState::kLost) {
-    // A new chain begins here; the core may tie it back, the robot does not pretend to know.
+    // The next usable frame begins a new chain; the core may tie it back, the robot does not pretend to know.
     has_reference_ = false;
     poor_in_a_row_ = 0;
   }

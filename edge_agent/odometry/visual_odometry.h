@@ -36,7 +36,8 @@ class VisualOdometry {
  public:
   explicit VisualOdometry(const OdometryOptions& options) : options_(options) {}
 
-  /// Tracks one frame. If nothing can be tracked against, the frame starts a chain at the last known pose.
+  /// Tracks one frame. If there is nothing to track against, the frame starts a chain at the last known pose, or is
+  /// LOST if it has too little depth for that.
   TrackedFrame track(const Frame& frame);
 
   /// Makes the frame just tracked the keyframe that the next ones are aligned to.

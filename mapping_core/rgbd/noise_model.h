@@ -5,8 +5,8 @@ namespace comap {
 
 struct DepthNoiseModel {
   float floor_m = 0.001f;
-  /// Kinect-class: about 0.1 px of disparity at b f = 40 m px is pessimistic; 1.4 mm at 1 m fits recorded data.
-  float factor_per_m = 0.0014f;
+  /// Kinect-class: about 0.1 px of disparity at b f = 40 m px is pessimistic; half of that fits recorded data.
+  float factor_per_m = 0.0019f;
 
   float sigma(float depth_m) const { return floor_m + factor_per_m * depth_m * depth_m; }
 };

@@ -1,0 +1,170 @@
+#include "edge_agent/agent.h"
+
+#include "mapping_core/ferns/fern_encoder.h"
+#include "protocol/codec/codec.h"
+
+namespace comap {
+namespace {
+
+constexpr int kDamagedInARow = 10;
+
+}  // namespace
+
+Agent::Agent(const AgentConfig& config, uint64_t session, FrameSource& source, Link& link, Log log)
+    : config_(config),
+      session_(session),
+      source_(source),
+      link_(link),
+      log_(std::move(log)),
+      odometry_(config.odometry),
+      sender_(link, config.robot, session, config.sender) {}
+
+Result<void> Agent::hello() {
+  const auto encoded = encodeHello({config_.robot, session_, book_.hash(), COMAP_VERSION});
+  if (!encoded) return encoded.error();
+  return link_.publish(Topic::kHello, config_.robot, *encoded);
+}
+
+Result<Agent::Progress> Agent::takeFrame() {
+  if (sender_.waiting() >= config_.max_waiting_keyframes) return Progress::kWaiting;
+  auto next = source_.next();
+  if (!next) {
+    ++statistics_.damaged_frames;
+    if (++damaged_in_a_row_ >= kDamagedInARow) return next.error();
+    log_("frame passed over: " + next.error().text);
+    return Progress::kFrame;
+  }
+  damaged_in_a_row_ = 0;
+  if (!*next) return Progress::kEnded;
+  const Frame& frame = **next;
+
+  const auto start = std::chrono::steady_clock::now();
+  const TrackedFrame tracked = odometry_.track(frame);
+  ++frames_since_keyframe_;
+  const auto reason =
+      keyframeReason(tracked, frames_since_keyframe_, medianDepth(frame.depth), state_, config_.keyframes);
+  if (!reason.empty()) odometry_.makeKeyframe();
+  statistics_.odometry_ms.push_back(
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+  ++statistics_.frames;
+  statistics_.poor_frames += tracked.state == TrackingState::kPoor;
+  statistics_.lost_frames += tracked.state == TrackingState::kLost;
+  if (tracked.state == TrackingState::kLost && state_ != TrackingState::kLost)
+    log_("tracking lost at frame " + std::to_string(statistics_.frames - 1) + ": a new chain begins");
+  state_ = tracked.state;
+  T_odom_cam_ = tracked.T_odom_cam;
+  stamp_ns_ = frame.stamp_ns;
+  if (!reason.empty())
+    if (auto shipped = ship(frame, tracked); !shipped) return shipped.error();
+
+  if (statistics_.keyframes == 0 || tracked.state == TrackingState::kLost) return Progress::kFrame;  // stands nowhere
+  FrameRecord record;
+  record.stamp_ns = frame.stamp_ns;
+  record.state = tracked.state;
+  record.keyframe = statistics_.keyframes - 1;
+  record.T_keyframe_cam = reason.empty() ? tracked.T_keyframe_cam : Pose();
+  frames_.push_back(record);
+  if (statistics_.frames % config_.interest_every_frames == 0) sendInterest();
+  if (statistics_.frames % config_.status_every_frames == 0) sendStatus(false);
+  return Progress::kFrame;
+}
+
+Result<void> Agent::ship(const Frame& frame, const TrackedFrame& tracked) {
+  Keyframe keyframe;
+  keyframe.id = {config_.robot, session_, statistics_.keyframes};
+  keyframe.stamp_ns = frame.stamp_ns;
+  keyframe.camera = frame.camera;
+  keyframe.colour = frame.colour;
+  keyframe.depth = frame.depth;
+  keyframe.fern_code = encodeFerns(book_, frame.colour, frame.depth);
+  keyframe.T_odom_cam = tracked.T_odom_cam;
+  keyframe.linked = !tracked.first;
+  if (keyframe.linked) {
+    keyframe.T_prev_this = tracked.T_keyframe_cam;
+    const double doubt = tracked.state == TrackingState::kPoor ? 100 : 1;
+    keyframe.information = tracked.alignment.information / doubt;
+    keyframe.inlier_ratio = tracked.alignment.inlier_ratio;
+  }
+  if (auto added = sender_.add(keyframe); !added) return added;
+  ++statistics_.keyframes;
+  frames_since_keyframe_ = 0;
+  return {};
+}
+
+Result<void> Agent::exchange(std::chrono::milliseconds timeout) {
+  sender_.sendDue(std::chrono::steady_clock::now());
+  auto delivery = link_.receive(timeout);
+  while (delivery) {
+    if (auto handled = handle(*delivery); !handled) return handled;
+    delivery = link_.receive(std::chrono::milliseconds(0));
+  }
+  sender_.sendDue(std::chrono::steady_clock::now());
+  return {};
+}
+
+Result<void> Agent::handle(const Delivery& delivery) {
+  const auto refuse = [&](const Error& error) {
+    log_("message passed over: " + error.text);
+    return Result<void>{};
+  };
+  switch (delivery.topic) {
+    case Topic::kAck: {
+      const auto ack = decodeAcknowledgement(delivery.payload);
+      if (!ack) return refuse(ack.error());
+      if (ack->session != session_) return {};  // of this robot's earlier life
+      if (!ack->refusal.empty())
+        return Error{ErrorCode::kProblem, "the core refuses robot " + config_.robot + ": " + ack->refusal};
+      sender_.acknowledge(*ack);
+      mapped_below_ = std::max(mapped_below_, ack->mapped_below);
+      return {};
+    }
+    case Topic::kCorrection: {
+      const auto correction = decodeCorrection(delivery.payload);
+      if (!correction) return refuse(correction.error());
+      if (correction->session != session_ || (correction_ && correction->revision <= correction_->revision)) return {};
+      if (!correction_ || correction_->map != correction->map) log_("now in map " + correction->map);
+      correction_ = *correction;
+      cache_.setMap(correction->map);
+      return {};
+    }
+    case Topic::kTile: {
+      auto tile = decodeTile(delivery.payload);
+      if (!tile) return refuse(tile.error());
+      if (cache_.put(std::move(*tile))) {
+        ++statistics_.tiles_received;
+        statistics_.tile_bytes_received += delivery.payload.size();
+      }
+      return {};
+    }
+    default:
+      return {};
+  }
+}
+
+void Agent::sendInterest() {
+  Interest interest;
+  interest.robot = config_.robot;
+  interest.session = session_;
+  interest.T_odom_cam = T_odom_cam_;
+  interest.radius_m = config_.interest_radius_m;
+  interest.budget_bytes_per_s = config_.downlink_bytes_per_s;
+  interest.held = cache_.held();
+  if (const auto encoded = encodeInterest(interest))
+    (void)link_.publish(Topic::kInterest, config_.robot, *encoded);  // the next one replaces it
+}
+
+void Agent::sendStatus(bool finished) {
+  Status status;
+  status.robot = config_.robot;
+  status.session = session_;
+  status.stamp_ns = stamp_ns_;
+  status.T_odom_cam = T_odom_cam_;
+  status.tracking = state_;
+  status.frames = statistics_.frames;
+  status.keyframes = statistics_.keyframes;
+  status.outbox = unacknowledged();
+  status.finished = finished;
+  if (const auto encoded = encodeStatus(status)) (void)link_.publish(Topic::kStatus, config_.robot, *encoded);
+}
+
+}  // namespace comap

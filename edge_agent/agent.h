@@ -1,0 +1,99 @@
+// The robot's side at work: frames in; keyframes, interest and status out; corrections and tiles in.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "edge_agent/agent_config.h"
+#include "edge_agent/capture/frame_source.h"
+#include "edge_agent/keyframes/keyframe_selector.h"
+#include "edge_agent/map_cache/tile_cache.h"
+#include "edge_agent/odometry/visual_odometry.h"
+#include "edge_agent/uplink/keyframe_sender.h"
+#include "mapping_core/ferns/fern_book.h"
+#include "protocol/link/link.h"
+
+namespace comap {
+
+/// One tracked frame, told relative to its keyframe so that it moves with it when the graph does.
+struct FrameRecord {
+  int64_t stamp_ns = 0;
+  uint32_t keyframe = 0;  ///< sequence
+  Pose T_keyframe_cam;
+  TrackingState state = TrackingState::kOk;
+};
+
+struct AgentStatistics {
+  uint32_t frames = 0, keyframes = 0, damaged_frames = 0, poor_frames = 0, lost_frames = 0;
+  uint64_t tiles_received = 0, tile_bytes_received = 0;
+  std::vector<double> odometry_ms;  ///< tracking and keyframe making, without reading and encoding
+};
+
+/// Thread rule: one thread.
+class Agent {
+ public:
+  using Log = std::function<void(const std::string& line)>;
+  /// `session` must be new at each start of this robot.
+  Agent(const AgentConfig& config, uint64_t session, FrameSource& source, Link& link, Log log);
+
+  /// Introduces the robot. Call once before anything else.
+  Result<void> hello();
+
+  enum class Progress {
+    kFrame,    ///< took one frame
+    kWaiting,  ///< the outbox is full: the core must catch up first
+    kEnded,    ///< the source has ended
+  };
+  /// Takes one frame from the source, unless too many keyframes wait to be sent. Damaged frames are counted, told and
+  /// passed over; kUnreachable or kBadData after 10 of them in a row.
+  Result<Progress> takeFrame();
+
+  /// Handles messages for up to `timeout` (returns as soon as there are no more), then sends what is due.
+  /// kProblem if the core refuses this robot; the text says why.
+  Result<void> exchange(std::chrono::milliseconds timeout);
+
+  /// Tells the core where the robot is and which tiles it holds.
+  void sendInterest();
+  /// Tells all how the robot does. `finished`: source ended and all keyframes acknowledged.
+  void sendStatus(bool finished);
+
+  bool allAcknowledged() const { return sender_.waiting() == 0; }
+  uint32_t mappedBelow() const { return mapped_below_; }  ///< keyframes in the joint map: all before this sequence
+  bool allMapped() const { return mapped_below_ >= statistics_.keyframes; }
+  uint32_t unacknowledged() const { return static_cast<uint32_t>(sender_.waiting()); }
+  uint64_t uplinkBytes() const { return sender_.bytesSent(); }
+  uint64_t session() const { return session_; }
+  const std::optional<Correction>& correction() const { return correction_; }
+  const TileCache& tiles() const { return cache_; }
+  const std::vector<FrameRecord>& frames() const { return frames_; }
+  const AgentStatistics& statistics() const { return statistics_; }
+
+ private:
+  Result<void> ship(const Frame& frame, const TrackedFrame& tracked);
+  Result<void> handle(const Delivery& delivery);
+
+  AgentConfig config_;
+  uint64_t session_;
+  FrameSource& source_;
+  Link& link_;
+  Log log_;
+  FernBook book_ = FernBook::standard();
+  VisualOdometry odometry_;
+  KeyframeSender sender_;
+  TileCache cache_;
+  std::optional<Correction> correction_;
+  std::vector<FrameRecord> frames_;
+  AgentStatistics statistics_;
+  TrackingState state_ = TrackingState::kOk;
+  int frames_since_keyframe_ = 0;
+  int damaged_in_a_row_ = 0;
+  uint32_t mapped_below_ = 0;
+  Pose T_odom_cam_;
+  int64_t stamp_ns_ = 0;
+};
+
+}  // namespace comap

@@ -1,0 +1,32 @@
+// Everything a robot's agent can be told, with defaults that work.
+#pragma once
+
+#include <string>
+
+#include "edge_agent/keyframes/keyframe_selector.h"
+#include "edge_agent/odometry/visual_odometry.h"
+#include "edge_agent/uplink/keyframe_sender.h"
+#include "protocol/link/dds_link.h"
+
+namespace comap {
+
+struct AgentConfig {
+  std::string robot = "robot";
+  std::string source;  ///< URI of the frame source
+  DdsLinkOptions link;
+  OdometryOptions odometry;
+  KeyframeOptions keyframes;
+  SenderOptions sender;
+  size_t max_waiting_keyframes = 16;  ///< a recorded source pauses while so many are unacknowledged
+  double interest_radius_m = 10;
+  uint32_t downlink_bytes_per_s = 4'000'000;
+  uint32_t interest_every_frames = 15;
+  uint32_t status_every_frames = 10;
+};
+
+/// Reads a YAML file; unknown keys, wrong types and values out of range are errors that name file, line and key.
+Result<AgentConfig> readAgentConfig(const std::string& path);
+/// The configuration as commented YAML that readAgentConfig takes.
+std::string printAgentConfig(const AgentConfig& config);
+
+}  // namespace comap

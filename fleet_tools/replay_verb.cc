@@ -1,0 +1,135 @@
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <set>
+
+#include "fleet_tools/fail.h"
+#include "fleet_tools/replay.h"
+#include "fleet_tools/run_outputs.h"
+#include "fleet_tools/verb.h"
+
+namespace comap {
+namespace {
+
+struct ReplayArguments {
+  std::vector<std::string> robots;
+  std::string link = "dds", mode = "graph";
+  ReplayOptions options;
+  bool overwrite = false, json = false;
+};
+
+Result<std::vector<ReplayRobot>> parseRobots(const std::vector<std::string>& texts) {
+  std::vector<ReplayRobot> robots;
+  std::set<std::string> names;
+  for (const std::string& text : texts) {
+    const size_t equals = text.find('=');
+    if (equals == std::string::npos)
+      return Error{ErrorCode::kWrongUse, "--robot " + text + ": expected NAME=DIR[@FIRST:LAST]"};
+    const ReplayRobot robot{text.substr(0, equals), text.substr(equals + 1)};
+    if (const std::string problem = robotNameProblem(robot.name); !problem.empty())
+      return Error{ErrorCode::kWrongUse, "--robot " + text + ": " + problem};
+    if (!names.insert(robot.name).second)
+      return Error{ErrorCode::kWrongUse, "--robot " + text + ": there is a robot " + robot.name + " already"};
+    robots.push_back(robot);
+  }
+  return robots;
+}
+
+// A run folder is made by this program, so it may be emptied if asked; anything else is not ours to touch.
+Result<void> prepareFolder(const std::string& out, bool overwrite) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  if (fs::exists(out, error) && !fs::is_empty(out, error)) {
+    const bool is_run = fs::exists(storePathOf(out), error) || fs::exists(out + "/logs", error);
+    if (!is_run) return Error{ErrorCode::kWrongUse, "--out " + out + ": folder is not empty and holds no earlier run"};
+    if (!overwrite)
+      return Error{ErrorCode::kWrongUse,
+                   "--out " + out + ": holds a run already; choose another folder or --overwrite"};
+    fs::remove_all(out, error);
+  }
+  fs::create_directories(out, error);
+  if (error || access(out.c_str(), W_OK) != 0)
+    return Error{ErrorCode::kUnreachable, "--out " + out + ": cannot be made or written"};
+  return {};
+}
+
+void printSummary(const nlohmann::json& report, const std::string& out) {
+  for (const auto& [name, robot] : report.at("robots").items())
+    std::printf(
+        "robot %-8s %4d frames, %3d keyframes (%d lost), %.0f kB/s up, odometry %.1f ms (p95 %.1f), map %s, %d tiles\n",
+        name.c_str(), robot.at("frames").get<int>(), robot.at("keyframes").get<int>(),
+        robot.at("keyframes_lost").get<int>(), robot.at("uplink_bytes_per_s").get<double>() / 1000,
+        robot.at("odometry_ms").at("median").get<double>(), robot.at("odometry_ms").at("p95").get<double>(),
+        robot.at("map").get<std::string>().c_str(), robot.at("tiles_held").get<int>());
+  for (const auto& map : report.at("maps"))
+    std::printf("map %s: robots %s, %d keyframes, %d surfels, %d tiles\n", map.at("id").get<std::string>().c_str(),
+                map.at("robots").dump().c_str(), map.at("keyframes").get<int>(), map.at("surfels").get<int>(),
+                map.at("tiles").get<int>());
+  std::printf("place matches: %d accepted, refused %s\n", report.at("verdicts").at("accepted").get<int>(),
+              report.at("verdicts").at("refused").dump().c_str());
+  std::printf("core: %.0f ms a keyframe (p95 %.0f) on %s; %.1f s in all\n",
+              report.at("core").at("keyframe_ms").at("median").get<double>(),
+              report.at("core").at("keyframe_ms").at("p95").get<double>(),
+              report.at("core").at("device").get<std::string>().c_str(), report.at("wall_s").get<double>());
+  std::printf("run: %s (map.comap, map.ply, *.trajectory.txt, report.json, report.html)\n", out.c_str());
+}
+
+int run(ReplayArguments& arguments) {
+  if (arguments.mode == "paper")
+    return failWith({ErrorCode::kWrongUse, "--mode paper: this build has the graph mode only"});
+  auto robots = parseRobots(arguments.robots);
+  if (!robots) return failWith(robots.error());
+  arguments.options.robots = std::move(*robots);
+  if (auto prepared = prepareFolder(arguments.options.out, arguments.overwrite); !prepared)
+    return failWith(prepared.error());
+
+  const bool terminal = isatty(STDERR_FILENO) != 0;
+  const auto progress = [terminal](const std::string& stage, size_t done, size_t all) {
+    if (terminal) std::fprintf(stderr, "\r\033[K%s: %zu of %zu", stage.c_str(), done, all);
+  };
+  auto outcome =
+      arguments.link == "dds" ? replayDds(arguments.options, progress) : replayLoopback(arguments.options, progress);
+  if (terminal) std::fprintf(stderr, "\r\033[K");
+  if (!outcome) return failWith(outcome.error());
+  auto report = writeRunOutputs(arguments.options, *outcome);
+  if (!report) return failWith(report.error());
+  if (arguments.json)
+    std::printf("%s\n", report->dump(2).c_str());
+  else
+    printSummary(*report, arguments.options.out);
+  for (const auto& [name, robot] : report->at("robots").items())
+    if (robot.at("keyframes_lost").get<int>() > 0)
+      return failWith({ErrorCode::kProblem, "robot " + name + ": keyframes were lost"});
+  return 0;
+}
+
+}  // namespace
+
+void addReplayVerb(CLI::App& app, int& exit_code) {
+  auto* verb = app.add_subcommand("replay", "Run robots and core on recorded data sets");
+  verb->footer(
+      "Example: fleet replay --robot a=data/flat/a --robot b=data/flat/b@0:150 --out run\n"
+      "Then:    fleet evaluate run --truth a=data/flat/a/groundtruth.txt --truth b=data/flat/b/groundtruth.txt");
+  auto arguments = std::make_shared<ReplayArguments>();
+  verb->add_option("--robot", arguments->robots, "NAME=DIR[@FIRST:LAST], a TUM-format folder; once a robot")
+      ->required();
+  verb->add_option("--out", arguments->options.out, "Folder for the run")->required();
+  verb->add_option("--link", arguments->link, "dds: real processes, real DDS; loopback: one process, fixed order")
+      ->check(CLI::IsMember({"loopback", "dds"}))
+      ->capture_default_str();
+  verb->add_option("--mode", arguments->mode, "How the core maps")
+      ->check(CLI::IsMember({"graph", "paper"}))
+      ->capture_default_str();
+  verb->add_option("--device", arguments->options.device, "Vulkan device: auto, llvmpipe or a number")
+      ->capture_default_str();
+  verb->add_option("--domain", arguments->options.domain, "DDS domain; by default one by process id")
+      ->check(CLI::Range(0, 230));
+  verb->add_flag("--realtime", arguments->options.realtime, "Play at the recorded speed (with --link dds)");
+  verb->add_flag("--overwrite", arguments->overwrite, "Replace an earlier run in the same folder");
+  verb->add_flag("--json", arguments->json, "Print report.json instead of the summary");
+  verb->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace comap

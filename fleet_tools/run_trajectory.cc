@@ -1,0 +1,54 @@
+#include "fleet_tools/run_trajectory.h"
+
+#include <cinttypes>
+#include <cstdio>
+#include <fstream>
+
+namespace comap {
+
+std::vector<StampedPose> composeTrajectory(const AgentReport& report, const MapId& map,
+                                           const std::map<KeyframeId, StoredKeyframe>& keyframes,
+                                           const std::map<KeyframeId, Edge>& odometry_from) {
+  std::vector<StampedPose> poses;
+  const auto& frames = report.trajectory;
+  size_t window_end = 0;  // first frame of the next keyframe
+  size_t window_start = 0;
+  for (size_t i = 0; i < frames.size(); ++i) {
+    if (i >= window_end) {
+      window_start = i;
+      window_end = i + 1;
+      while (window_end < frames.size() && frames[window_end].keyframe == frames[i].keyframe) ++window_end;
+    }
+    const KeyframeId id{report.robot, report.session, frames[i].keyframe};
+    const auto keyframe = keyframes.find(id);
+    if (keyframe == keyframes.end() || keyframe->second.map != map) continue;
+    Pose T_keyframe_cam = frames[i].T_keyframe_cam;
+    const auto edge = odometry_from.find(id);
+    if (edge != odometry_from.end()) {
+      const Pose T_this_next = keyframe->second.T_map_cam.inverse() * keyframes.at(edge->second.to).T_map_cam;
+      const Pose correction = T_this_next * edge->second.T_from_to.inverse();
+      const double share = static_cast<double>(i - window_start) / static_cast<double>(window_end - window_start);
+      T_keyframe_cam = interpolate(Pose(), correction, share) * T_keyframe_cam;
+    }
+    poses.push_back({frames[i].stamp_ns, keyframe->second.T_map_cam * T_keyframe_cam});
+  }
+  return poses;
+}
+
+Result<void> writeTrajectory(const std::string& path, const std::vector<StampedPose>& poses) {
+  const std::string temporary = path + ".part";
+  std::FILE* file = std::fopen(temporary.c_str(), "w");
+  if (file == nullptr) return Error{ErrorCode::kUnreachable, path + ": cannot be written"};
+  for (const StampedPose& pose : poses) {
+    const auto& t = pose.T_map_cam.translation();
+    const auto& q = pose.T_map_cam.rotation();
+    std::fprintf(file, "%" PRId64 ".%09" PRId64 " %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n", pose.stamp_ns / 1'000'000'000,
+                 pose.stamp_ns % 1'000'000'000, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+  }
+  const bool written = std::ferror(file) == 0;
+  if ((std::fclose(file) != 0) || !written || std::rename(temporary.c_str(), path.c_str()) != 0)
+    return Error{ErrorCode::kUnreachable, path + ": cannot be written"};
+  return {};
+}
+
+}  // namespace comap

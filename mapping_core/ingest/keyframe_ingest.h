@@ -1,0 +1,44 @@
+// Keyframes from the wire into the store, each once, and from there to the mapper in the order they were taken.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <set>
+#include <span>
+#include <string>
+
+#include "mapping_core/store/map_store.h"
+#include "protocol/types/keyframe.h"
+
+namespace comap {
+
+/// Thread rule: one thread.
+class KeyframeIngest {
+ public:
+  explicit KeyframeIngest(MapStore& store) : store_(store) {}
+
+  struct Arrival {
+    KeyframeId id;
+    bool is_new = false;
+  };
+  /// Checks and stores an encoded keyframe; it is durable when this returns. Duplicates are harmless.
+  /// kBadData: it is damaged and was not stored.
+  Result<Arrival> ingest(std::span<const uint8_t> encoded);
+
+  /// The next keyframe to map: first come, first served, but of one session strictly by sequence.
+  bool hasNext() const { return !ready_.empty(); }
+  KeyframeId takeNext();
+  size_t waiting() const;
+
+ private:
+  struct Session {
+    uint32_t next = 0;         // sequence to become ready next
+    std::set<uint32_t> early;  // stored, but something before them is missing
+  };
+  MapStore& store_;
+  std::map<std::pair<std::string, uint64_t>, Session> sessions_;
+  std::deque<KeyframeId> ready_;
+};
+
+}  // namespace comap

@@ -1,0 +1,45 @@
+#include "mapping_core/ingest/robot_registry.h"
+
+#include <cinttypes>
+#include <cstdio>
+
+namespace comap {
+namespace {
+
+std::string hex(uint64_t value) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016" PRIx64, value);
+  return text;
+}
+
+}  // namespace
+
+RobotRecord& RobotRegistry::admit(const Hello& hello) {
+  auto it = robots_.find(hello.robot);
+  if (it != robots_.end() && it->second.session != hello.session) {
+    robots_.erase(it);
+    it = robots_.end();
+  }
+  if (it == robots_.end()) it = robots_.emplace(hello.robot, RobotRecord(hello.robot, hello.session)).first;
+  RobotRecord& record = it->second;
+  record.refusal = hello.fern_book_hash == fern_book_hash_
+                       ? std::string()
+                       : "fern book " + hex(hello.fern_book_hash) + " differs from the core's " + hex(fern_book_hash_) +
+                             ": robot and core must run builds or configurations with the same ferns";
+  return record;
+}
+
+RobotRecord* RobotRegistry::served(const std::string& robot, uint64_t session) {
+  const auto it = robots_.find(robot);
+  if (it == robots_.end() || it->second.session != session || !it->second.refusal.empty()) return nullptr;
+  return &it->second;
+}
+
+Acknowledgement acknowledgementOf(const RobotRecord& record) {
+  Acknowledgement ack = record.acks.state();
+  ack.mapped_below = record.mapped_below;
+  ack.refusal = record.refusal;
+  return ack;
+}
+
+}  // namespace comap

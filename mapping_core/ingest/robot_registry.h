@@ -1,0 +1,46 @@
+// Who is there: robots, their sessions, what they have delivered, where they are, what they were told.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "protocol/session/ack_tracker.h"
+#include "protocol/types/messages.h"
+
+namespace comap {
+
+struct RobotRecord {
+  RobotRecord(const std::string& robot, uint64_t its_session) : session(its_session), acks(robot, its_session) {}
+
+  uint64_t session;
+  std::string refusal;  ///< why the present session is not served; empty = served
+  AckTracker acks;
+  uint32_t mapped_below = 0;  ///< keyframes of this session in the map: all with a smaller sequence
+  std::optional<Interest> interest;
+  std::optional<Correction> correction;  ///< the last one sent
+  bool finished = false;
+};
+
+/// Thread rule: one thread.
+class RobotRegistry {
+ public:
+  explicit RobotRegistry(uint64_t fern_book_hash) : fern_book_hash_(fern_book_hash) {}
+
+  /// A robot introduces itself; a new session replaces the old one. The record's `refusal` tells if it is not served.
+  RobotRecord& admit(const Hello& hello);
+  /// The record for a message of this robot and session; null if it never said hello, is refused, or the session is
+  /// old.
+  RobotRecord* served(const std::string& robot, uint64_t session);
+  std::map<std::string, RobotRecord>& robots() { return robots_; }
+
+ private:
+  uint64_t fern_book_hash_;
+  std::map<std::string, RobotRecord> robots_;
+};
+
+/// What the robot is told of its keyframes.
+Acknowledgement acknowledgementOf(const RobotRecord& record);
+
+}  // namespace comap

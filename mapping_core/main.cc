@@ -1,0 +1,128 @@
+// The mapping core: takes the keyframes of all robots of a site and makes one map of them.
+#include <signal.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+
+#include "mapping_core/service/core_config.h"
+#include "mapping_core/service/core_report.h"
+#include "protocol/link/dds_link.h"
+
+namespace comap {
+namespace {
+
+volatile sig_atomic_t g_stop = 0;
+
+struct Arguments {
+  std::string config, store, device, site, interface_address, report;
+  int domain = -1;
+  bool list_devices = false, print_config = false, check_config = false;
+};
+
+int failWith(const Error& error) {
+  std::fprintf(stderr, "mapping_core: %s\n", error.text.c_str());
+  return exitCodeOf(error.code);
+}
+
+int listDevices() {
+  const auto devices = gpu::listDevices();
+  if (!devices) return failWith(devices.error());
+  for (const gpu::DeviceInfo& device : *devices)
+    std::printf("%u  %s (%s)%s%s\n", device.index, device.name.c_str(), device.type.c_str(),
+                device.refusal.empty() ? "" : ": cannot be used: ", device.refusal.c_str());
+  return 0;
+}
+
+Result<CoreConfig> configure(const Arguments& arguments) {
+  CoreConfig config;
+  if (!arguments.config.empty()) {
+    auto read = readCoreConfig(arguments.config);
+    if (!read) return read.error();
+    config = std::move(*read);
+  }
+  if (!arguments.store.empty()) config.store = arguments.store;
+  if (!arguments.device.empty()) config.device = arguments.device;
+  if (!arguments.site.empty()) config.link.site = arguments.site;
+  if (!arguments.interface_address.empty()) config.link.interface_address = arguments.interface_address;
+  if (arguments.domain >= 0) config.link.domain = arguments.domain;
+  config.link.role = LinkRole::kCore;
+  return config;
+}
+
+Result<void> serve(MappingService& service) {
+  while (g_stop == 0) {
+    const auto worked = service.step(std::chrono::milliseconds(200));
+    if (!worked) return worked.error();
+    if (!*worked)
+      if (auto refreshed = service.refreshTiles(); !refreshed) return refreshed;
+  }
+  return service.finish({});
+}
+
+int run(const Arguments& arguments) {
+  const auto config = configure(arguments);
+  if (!config) return failWith(config.error());
+  if (arguments.print_config) {
+    std::printf("%s", printCoreConfig(*config).c_str());
+    return 0;
+  }
+  if (arguments.check_config) return 0;
+  gpu::DeviceOptions device_options;
+  device_options.choice = config->device;
+  auto device = gpu::Device::create(device_options);
+  if (!device) return failWith(device.error());
+  auto store = MapStore::open(config->store, MapStore::Mode::kCreateOrOpen);
+  if (!store) return failWith(store.error());
+  const auto held = store->keyframes();
+  if (!held) return failWith(held.error());
+  if (!held->empty())
+    return failWith(
+        {ErrorCode::kWrongUse, config->store + ": holds " + std::to_string(held->size()) +
+                                   " keyframes of an earlier run; give the store of a new run another name"});
+  auto link = connectDds(config->link);
+  if (!link) return failWith(link.error());
+  const auto log = [](const std::string& line) { std::fprintf(stderr, "%s\n", line.c_str()); };
+  log("mapping core on " + device->info().name + ", site " + config->link.site + ", DDS domain " +
+      std::to_string(config->link.domain) + ", store " + config->store);
+  MappingService service(config->service, **link, *store, *device, log);
+  if (auto served = serve(service); !served) return failWith(served.error());
+  if (!arguments.report.empty())
+    if (auto written = writeCoreReport(reportOf(service.statistics(), device->info().name), arguments.report); !written)
+      return failWith(written.error());
+  return 0;
+}
+
+}  // namespace
+}  // namespace comap
+
+int main(int argc, char** argv) {
+  comap::Arguments arguments;
+  CLI::App app("The mapping core: takes the keyframes of all robots of a site and makes one dense map of them.",
+               "mapping_core");
+  app.footer(
+      "Example: mapping_core --store flat.comap --device llvmpipe\n"
+      "It maps until it gets SIGINT or SIGTERM, then completes the store and ends.\n"
+      "Exit codes: 0 ok, 1 problem found, 2 wrong use, 3 cannot reach or read.");
+  app.add_option("--config", arguments.config, "YAML file; --print-config shows all keys");
+  app.add_option("--store", arguments.store, "File of the map store, made if it is not there");
+  app.add_option("--device", arguments.device, "Vulkan device: auto, llvmpipe or a number of --list-devices");
+  app.add_option("--core-site", arguments.site, "Site whose robots are served");
+  app.add_option("--domain", arguments.domain, "DDS domain")->check(CLI::Range(0, 230));
+  app.add_option("--interface", arguments.interface_address, "IPv4 address of the network interface to use");
+  app.add_option("--report", arguments.report, "Write what was done to this JSON file at the end");
+  app.add_flag("--list-devices", arguments.list_devices, "Print the Vulkan devices, usable or why not, and stop");
+  app.add_flag("--print-config", arguments.print_config, "Print the configuration in force and stop");
+  app.add_flag("--check-config", arguments.check_config, "Check the configuration and stop");
+  app.set_version_flag("--version", "mapping_core " COMAP_VERSION);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  struct sigaction action {};
+  action.sa_handler = [](int) { comap::g_stop = 1; };
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  return arguments.list_devices ? comap::listDevices() : comap::run(arguments);
+}

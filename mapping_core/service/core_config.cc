@@ -1,0 +1,90 @@
+#include "mapping_core/service/core_config.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include "protocol/config/config_reader.h"
+
+namespace comap {
+
+Result<CoreConfig> readCoreConfig(const std::string& path) {
+  auto reader = ConfigReader::fromFile(path);
+  if (!reader) return reader.error();
+  CoreConfig config;
+  MapBuilderOptions& mapping = config.service.mapping;
+  reader->read("store", config.store);
+  reader->read("device", config.device);
+
+  ConfigReader link = reader->section("link");
+  link.read("domain", config.link.domain, 0, 230);
+  link.read("site", config.link.site);
+  link.read("interface_address", config.link.interface_address);
+
+  ConfigReader fusion = reader->section("fusion");
+  fusion.read("depth_min_m", mapping.fusion.depth_min_m, 0.05, 2);
+  fusion.read("depth_max_m", mapping.fusion.depth_max_m, 0.5, 13);
+  fusion.read("stable_confidence", mapping.fusion.stable_confidence, 0, 100);
+  fusion.read("averaging_limit", mapping.fusion.averaging_limit, 1, 1000);
+
+  ConfigReader matching = reader->section("matching");
+  uint32_t candidates = static_cast<uint32_t>(mapping.candidates);
+  uint32_t loops = static_cast<uint32_t>(mapping.loop_candidates);
+  uint32_t votes = static_cast<uint32_t>(mapping.vote.needed);
+  matching.read("candidates", candidates, 0, 100);
+  matching.read("loop_candidates", loops, 0, 100);
+  matching.read("max_dissimilarity", mapping.max_dissimilarity, 0, 1);
+  matching.read("inlier_ratio", mapping.verifier.inlier_ratio, 0, 1);
+  matching.read("overlap", mapping.verifier.overlap, 0, 1);
+  matching.read("rms_sigma", mapping.verifier.rms_sigma, 0.1, 10);
+  matching.read("degeneracy", mapping.verifier.degeneracy, 0, 1);
+  matching.read("photometric_median", mapping.verifier.photometric_median, 1, 255);
+  matching.read("seen_through", mapping.verifier.seen_through, 0, 1);
+  matching.read("votes", votes, 1, 20);
+  mapping.candidates = candidates;
+  mapping.loop_candidates = loops;
+  mapping.vote.needed = votes;
+
+  ConfigReader tiles = reader->section("tiles");
+  tiles.read("every_keyframes", config.service.tile_every_keyframes, 1, 10000);
+  tiles.read("spacing_m", config.service.tile_spacing_m, 0.002, 0.5);
+  if (auto finished = reader->finish(); !finished) return finished.error();
+  return config;
+}
+
+std::string printCoreConfig(const CoreConfig& c) {
+  const MapBuilderOptions& m = c.service.mapping;
+  return fmt::format(
+      R"(# The mapping core. Every key is optional; these are the values in force.
+store: "{}"              # file of the map store
+device: "{}"             # Vulkan device: auto, llvmpipe or a number of mapping_core --list-devices
+link:
+  domain: {}             # DDS domain, 0..230; the same as the robots'
+  site: "{}"             # robots of this site are served
+  interface_address: "{}"  # the one network interface to use
+fusion:
+  depth_min_m: {}
+  depth_max_m: {}
+  stable_confidence: {}  # surfels below are not shown
+  averaging_limit: {}    # confidence counts no more than this in the running average
+matching:                # when two keyframes see the same place
+  candidates: {}         # fern candidates a keyframe in other maps
+  loop_candidates: {}    # and in its own
+  max_dissimilarity: {}  # of fern codes
+  inlier_ratio: {}       # at least
+  overlap: {}            # at least
+  rms_sigma: {}          # at most
+  degeneracy: {}         # at least
+  photometric_median: {}  # grey levels, at most
+  seen_through: {}       # share of pixels, at most
+  votes: {}              # closures that must agree before two maps become one
+tiles:
+  every_keyframes: {}    # renewed after so many, and when the core is idle
+  spacing_m: {}          # level of detail that goes to robots
+)",
+      c.store, c.device, c.link.domain, c.link.site, c.link.interface_address, m.fusion.depth_min_m,
+      m.fusion.depth_max_m, m.fusion.stable_confidence, m.fusion.averaging_limit, m.candidates, m.loop_candidates,
+      m.max_dissimilarity, m.verifier.inlier_ratio, m.verifier.overlap, m.verifier.rms_sigma, m.verifier.degeneracy,
+      m.verifier.photometric_median, m.verifier.seen_through, m.vote.needed, c.service.tile_every_keyframes,
+      c.service.tile_spacing_m);
+}
+
+}  // namespace comap

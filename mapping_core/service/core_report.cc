@@ -1,0 +1,76 @@
+#include "mapping_core/service/core_report.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+namespace comap {
+namespace {
+
+double sortedQuantile(const std::vector<double>& sorted, double q) {
+  if (sorted.empty()) return 0;
+  return sorted[std::min(sorted.size() - 1, static_cast<size_t>(q * static_cast<double>(sorted.size())))];
+}
+
+double peakRssMb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+}  // namespace
+
+CoreReport reportOf(const ServiceStatistics& statistics, const std::string& device) {
+  std::vector<double> times = statistics.keyframe_ms;
+  std::sort(times.begin(), times.end());
+  CoreReport report;
+  report.keyframe_ms_median = sortedQuantile(times, 0.5);
+  report.keyframe_ms_p95 = sortedQuantile(times, 0.95);
+  report.keyframes = times.size();
+  report.refused_messages = statistics.refused_messages;
+  report.device = device;
+  report.peak_rss_mb = peakRssMb();
+  report.tile_bytes = statistics.tile_bytes;
+  return report;
+}
+
+Result<void> writeCoreReport(const CoreReport& report, const std::string& path) {
+  const nlohmann::json json = {{"keyframe_ms_median", report.keyframe_ms_median},
+                               {"keyframe_ms_p95", report.keyframe_ms_p95},
+                               {"keyframes", report.keyframes},
+                               {"refused_messages", report.refused_messages},
+                               {"device", report.device},
+                               {"peak_rss_mb", report.peak_rss_mb},
+                               {"tile_bytes", report.tile_bytes}};
+  const std::string temporary = path + ".part";
+  std::ofstream file(temporary);
+  file << json.dump(2) << '\n';
+  file.close();
+  if (!file || std::rename(temporary.c_str(), path.c_str()) != 0)
+    return Error{ErrorCode::kUnreachable, path + ": cannot be written"};
+  return {};
+}
+
+Result<CoreReport> readCoreReport(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) return Error{ErrorCode::kUnreachable, path + ": no such file, or it cannot be read"};
+  try {
+    const auto json = nlohmann::json::parse(file);
+    CoreReport report;
+    report.keyframe_ms_median = json.at("keyframe_ms_median").get<double>();
+    report.keyframe_ms_p95 = json.at("keyframe_ms_p95").get<double>();
+    report.keyframes = json.at("keyframes").get<uint64_t>();
+    report.refused_messages = json.at("refused_messages").get<uint64_t>();
+    report.device = json.at("device").get<std::string>();
+    report.peak_rss_mb = json.at("peak_rss_mb").get<double>();
+    report.tile_bytes = json.at("tile_bytes").get<std::map<std::string, uint64_t>>();
+    return report;
+  } catch (const nlohmann::json::exception& problem) {
+    return Error{ErrorCode::kBadData, path + ": not a core's report: " + problem.what()};
+  }
+}
+
+}  // namespace comap

@@ -1,0 +1,256 @@
+#include "mapping_core/service/mapping_service.h"
+
+#include <algorithm>
+
+#include "mapping_core/ferns/fern_book.h"
+#include "mapping_core/tiles/tile_builder.h"
+#include "protocol/codec/codec.h"
+
+namespace comap {
+namespace {
+
+constexpr uint32_t kResendAfterInterests = 6;  // a tile not yet reported as held after so many was lost on the way
+constexpr double kInterestsPerSecond = 2;      // share of the per-second budget that one interest may use
+
+}  // namespace
+
+MappingService::MappingService(const ServiceOptions& options, Link& link, MapStore& store, gpu::Device& device, Log log)
+    : options_(options),
+      link_(link),
+      store_(store),
+      device_(device),
+      log_(std::move(log)),
+      ingest_(store),
+      registry_(FernBook::standard().hash()),
+      builder_(device, store, options.mapping) {}
+
+Result<bool> MappingService::step(std::chrono::milliseconds timeout) {
+  bool worked = false;
+  auto delivery = link_.receive(ingest_.hasNext() ? std::chrono::milliseconds(0) : timeout);
+  while (delivery) {
+    worked = true;
+    if (auto handled = handle(*delivery); !handled) return handled.error();
+    delivery = link_.receive(std::chrono::milliseconds(0));
+  }
+  if (!ingest_.hasNext()) return worked;
+  if (auto mapped = mapNext(); !mapped) return mapped.error();
+  return true;
+}
+
+Result<void> MappingService::handle(const Delivery& delivery) {
+  switch (delivery.topic) {
+    case Topic::kHello: {
+      const auto hello = decodeHello(delivery.payload);
+      if (!hello) {
+        refuse(delivery, hello.error().text);
+        return {};
+      }
+      const RobotRecord& record = registry_.admit(*hello);
+      log_(record.refusal.empty() ? "robot " + hello->robot + " is here"
+                                  : "robot " + hello->robot + " refused: " + record.refusal);
+      send(Topic::kAck, hello->robot, encodeAcknowledgement(acknowledgementOf(record)));
+      return {};
+    }
+    case Topic::kKeyframe:
+      return handleKeyframe(delivery);
+    case Topic::kInterest:
+      return handleInterest(delivery);
+    case Topic::kStatus: {
+      const auto status = decodeStatus(delivery.payload);
+      if (!status) {
+        refuse(delivery, status.error().text);
+        return {};
+      }
+      if (RobotRecord* record = registry_.served(status->robot, status->session)) record->finished = status->finished;
+      return {};
+    }
+    default:
+      refuse(delivery, "topic that the core does not read");
+      return {};
+  }
+}
+
+Result<void> MappingService::handleKeyframe(const Delivery& delivery) {
+  const auto head = decodeKeyframeId(delivery.payload);
+  if (!head) {
+    refuse(delivery, head.error().text);
+    return {};
+  }
+  RobotRecord* record = registry_.served(head->id.robot, head->id.session);
+  if (record == nullptr) {
+    refuse(delivery, "keyframe " + toString(head->id) + " of a robot that is not admitted");
+    return {};
+  }
+  if (!record->acks.accepts(head->id.sequence)) {
+    refuse(delivery, "keyframe " + toString(head->id) + " is too far ahead of what the core holds");
+    return {};
+  }
+  const auto arrival = ingest_.ingest(delivery.payload);
+  if (!arrival) {
+    if (arrival.error().code != ErrorCode::kBadData) return arrival.error();
+    refuse(delivery, arrival.error().text);
+    return {};
+  }
+  record->acks.record(arrival->id.sequence);
+  statistics_.uplink_bytes[arrival->id.robot] += delivery.payload.size();
+  if (arrival->is_new) robot_index_.try_emplace(arrival->id.robot, static_cast<uint32_t>(robot_index_.size()));
+  send(Topic::kAck, arrival->id.robot, encodeAcknowledgement(acknowledgementOf(*record)));
+  return {};
+}
+
+Result<void> MappingService::mapNext() {
+  const auto start = std::chrono::steady_clock::now();
+  const KeyframeId id = ingest_.takeNext();
+  auto encoded = store_.encodedKeyframe(id);
+  if (!encoded) return encoded.error();
+  auto keyframe = decodeKeyframe(*encoded);
+  if (!keyframe) return keyframe.error();
+  auto change = builder_.addKeyframe(*keyframe, robot_index_.at(id.robot));
+  if (!change) return change.error();
+  ++keyframes_;
+  latest_[id.robot] = {id, keyframe->T_odom_cam};
+
+  for (const MatchVerdict& verdict : change->verdicts) send(Topic::kVerdict, "", encodeMatchVerdict(verdict));
+  for (const MergeRecord& merge : change->merges) {
+    log_("maps " + merge.kept + " and " + merge.absorbed + " are one: " + std::to_string(merge.voters.size()) +
+         " closures agree");
+    tiles_.drop(merge.absorbed);
+    send(Topic::kMerge, "", encodeMergeRecord(merge));
+  }
+  const KeyframeId anchor = builder_.components().anchorOf(id);
+  std::erase_if(unpublished_,
+                [&](const auto& entry) { return builder_.components().anchorOf(entry.first) != entry.first; });
+  ++unpublished_[anchor];
+  if (auto corrected = publishCorrections(); !corrected) return corrected;
+  if (unpublished_[anchor] >= options_.tile_every_keyframes || !change->merges.empty())
+    if (auto refreshed = refreshTilesOf(anchor); !refreshed) return refreshed;
+
+  if (RobotRecord* record = registry_.served(id.robot, id.session)) {
+    record->mapped_below = id.sequence + 1;
+    send(Topic::kAck, id.robot, encodeAcknowledgement(acknowledgementOf(*record)));
+  }
+  publishStatus();
+  statistics_.keyframe_ms.push_back(
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+  return {};
+}
+
+// A robot hears of its place when it is first mapped, when its map changes its name, and when the graph moved it.
+Result<void> MappingService::publishCorrections() {
+  constexpr double kMoved_m = 1e-3, kTurned_rad = 1e-4;
+  for (const auto& [robot, latest] : latest_) {
+    const auto it = registry_.robots().find(robot);
+    if (it == registry_.robots().end() || it->second.session != latest.id.session) continue;
+    Correction correction;
+    correction.robot = robot;
+    correction.session = latest.id.session;
+    correction.map = mapIdOf(builder_.components().anchorOf(latest.id));
+    correction.T_map_odom = builder_.poses().at(latest.id) * latest.T_odom_cam.inverse();
+    auto& last = it->second.correction;
+    if (last && last->map == correction.map) {
+      const Pose change = last->T_map_odom.inverse() * correction.T_map_odom;
+      if (change.translation().norm() < kMoved_m && change.angle() < kTurned_rad) continue;
+    }
+    correction.revision = last ? last->revision + 1 : 1;
+    last = correction;
+    send(Topic::kCorrection, robot, encodeCorrection(correction));
+  }
+  return {};
+}
+
+Result<void> MappingService::handleInterest(const Delivery& delivery) {
+  const auto interest = decodeInterest(delivery.payload);
+  if (!interest) {
+    refuse(delivery, interest.error().text);
+    return {};
+  }
+  RobotRecord* record = registry_.served(interest->robot, interest->session);
+  if (record == nullptr || !record->correction) return {};
+  record->interest = *interest;
+  Downlink& downlink = downlinks_[interest->robot];
+  const MapId& map = record->correction->map;
+  if (downlink.map != map) downlink = Downlink{map, 0, {}};
+  ++downlink.interests;
+
+  // What is on its way counts as held until it is overdue.
+  std::vector<HeldTile> held = interest->held;
+  std::erase_if(held, [&](const HeldTile& tile) { return tile.key.map != map; });
+  std::map<TileKey, uint64_t> known;
+  for (const HeldTile& tile : held) known[tile.key] = tile.revision;
+  for (const auto& [key, sent] : downlink.sent)
+    if (downlink.interests - sent.interest < kResendAfterInterests) known[key] = std::max(known[key], sent.revision);
+  held.clear();
+  for (const auto& [key, revision] : known) held.push_back({key, revision});
+
+  const Pose T_map_cam = record->correction->T_map_odom * interest->T_odom_cam;
+  const size_t budget = static_cast<size_t>(interest->budget_bytes_per_s / kInterestsPerSecond);
+  for (const Tile& tile : tiles_.lacking(map, T_map_cam.translation(), interest->radius_m, held, budget)) {
+    const auto encoded = encodeTile(tile);
+    if (!encoded) return encoded.error();
+    statistics_.tile_bytes[interest->robot] += encoded->size();
+    downlink.sent[tile.key] = {tile.revision, downlink.interests};
+    send(Topic::kTile, interest->robot, encoded);
+  }
+  return {};
+}
+
+Result<void> MappingService::refreshTilesOf(const KeyframeId& anchor) {
+  auto surfels = builder_.surfels(anchor).download();
+  if (!surfels) return surfels.error();
+  TileOptions options;
+  options.min_confidence = options_.mapping.fusion.stable_confidence;
+  options.spacing_m = options_.tile_spacing_m;
+  const MapId map = mapIdOf(anchor);
+  tiles_.update(map, buildTiles(map, *surfels, options));
+  unpublished_.erase(anchor);
+  return {};
+}
+
+Result<void> MappingService::refreshTiles() {
+  while (!unpublished_.empty()) {
+    const KeyframeId anchor = unpublished_.begin()->first;
+    if (auto refreshed = refreshTilesOf(anchor); !refreshed) return refreshed;
+  }
+  return {};
+}
+
+Result<void> MappingService::finish(const std::function<void(size_t, size_t)>& progress) {
+  while (ingest_.hasNext())
+    if (auto mapped = mapNext(); !mapped) return mapped;
+  if (auto rebuilt = builder_.rebuild(progress); !rebuilt) return rebuilt;
+  std::vector<Tile> all;
+  TileOptions options;
+  options.min_confidence = options_.mapping.fusion.stable_confidence;
+  for (const KeyframeId& anchor : builder_.components().anchors()) {
+    auto surfels = builder_.surfels(anchor).download();
+    if (!surfels) return surfels.error();
+    for (Tile& tile : buildTiles(mapIdOf(anchor), *surfels, options)) all.push_back(std::move(tile));
+  }
+  return store_.setTiles(all);
+}
+
+void MappingService::refuse(const Delivery& delivery, const std::string& why) {
+  ++statistics_.refused_messages;
+  log_("message from '" + delivery.robot + "' refused: " + why);
+}
+
+void MappingService::send(Topic topic, const std::string& robot, const Result<std::vector<uint8_t>>& encoded) {
+  // What does not get through is sent again: acknowledgements and corrections with the next one, tiles when overdue.
+  if (!encoded) {
+    log_("message to '" + robot + "' not sent: " + encoded.error().text);
+    return;
+  }
+  if (auto published = link_.publish(topic, robot, *encoded); !published)
+    log_("message to '" + robot + "' not sent: " + published.error().text);
+}
+
+void MappingService::publishStatus() {
+  CoreStatus status;
+  status.keyframes = keyframes_;
+  status.maps = static_cast<uint32_t>(builder_.components().anchors().size());
+  status.queue = static_cast<uint32_t>(ingest_.waiting());
+  status.device = device_.info().name;
+  send(Topic::kCoreStatus, "", encodeCoreStatus(status));
+}
+
+}  // namespace comap

@@ -1,0 +1,92 @@
+// The core at work: messages in, keyframes mapped one by one, acknowledgements, corrections, tiles and verdicts out.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "mapping_core/ingest/keyframe_ingest.h"
+#include "mapping_core/ingest/robot_registry.h"
+#include "mapping_core/service/map_builder.h"
+#include "mapping_core/tiles/tile_index.h"
+#include "protocol/link/link.h"
+
+namespace comap {
+
+struct ServiceOptions {
+  MapBuilderOptions mapping;
+  uint32_t tile_every_keyframes = 6;  ///< a map's tiles are renewed after so many keyframes, and when the core is idle
+  float tile_spacing_m = 0.01f;       ///< level of detail that goes to robots
+};
+
+struct ServiceStatistics {
+  std::vector<double> keyframe_ms;               ///< from taking a keyframe up to its acknowledgement as mapped
+  std::map<std::string, uint64_t> uplink_bytes;  ///< keyframes as they arrived, by robot
+  std::map<std::string, uint64_t> tile_bytes;    ///< sent, by robot
+  uint64_t refused_messages = 0;                 ///< damaged or unexpected
+};
+
+/// Thread rule: one thread.
+class MappingService {
+ public:
+  using Log = std::function<void(const std::string& line)>;
+  MappingService(const ServiceOptions& options, Link& link, MapStore& store, gpu::Device& device, Log log);
+
+  /// Handles all messages that wait, then maps one keyframe. With nothing to map, waits up to `timeout` for a message.
+  /// True if anything was done. Errors are of store or device and leave what is acknowledged safe.
+  Result<bool> step(std::chrono::milliseconds timeout);
+
+  /// Renews the tiles of maps that have changed. Call when step() found nothing to do.
+  Result<void> refreshTiles();
+
+  /// Maps what is waiting, fuses maps anew whose keyframes moved, and stores the tiles in full detail.
+  Result<void> finish(const std::function<void(size_t, size_t)>& progress);
+
+  const ServiceStatistics& statistics() const { return statistics_; }
+
+ private:
+  Result<void> handle(const Delivery& delivery);
+  Result<void> handleKeyframe(const Delivery& delivery);
+  Result<void> handleInterest(const Delivery& delivery);
+  Result<void> mapNext();
+  Result<void> publishCorrections();
+  Result<void> refreshTilesOf(const KeyframeId& anchor);
+  void refuse(const Delivery& delivery, const std::string& why);
+  void send(Topic topic, const std::string& robot, const Result<std::vector<uint8_t>>& encoded);
+  void publishStatus();
+
+  struct Latest {
+    KeyframeId id;
+    Pose T_odom_cam;
+  };
+  struct SentTile {
+    uint64_t revision = 0;
+    uint32_t interest = 0;  // number of the interest that it answered
+  };
+  struct Downlink {
+    MapId map;
+    uint32_t interests = 0;
+    std::map<TileKey, SentTile> sent;
+  };
+
+  ServiceOptions options_;
+  Link& link_;
+  MapStore& store_;
+  gpu::Device& device_;
+  Log log_;
+  KeyframeIngest ingest_;
+  RobotRegistry registry_;
+  MapBuilder builder_;
+  TileIndex tiles_;
+  std::map<std::string, uint32_t> robot_index_;  // in order of first keyframe
+  std::map<std::string, Latest> latest_;         // last mapped keyframe of each robot
+  std::map<std::string, Downlink> downlinks_;
+  std::map<KeyframeId, uint32_t> unpublished_;  // anchor -> keyframes since its tiles were renewed
+  ServiceStatistics statistics_;
+  uint32_t keyframes_ = 0;
+};
+
+}  // namespace comap
