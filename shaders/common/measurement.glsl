@@ -1,9 +1,9 @@
 // What one pixel of a keyframe says about the surface, beyond its depth and normal. Needs common/frame.glsl.
 
-// Pixels between two new surfels: 2, or more where that would be closer than about 5 mm.
+// Pixels between two new surfels: 2, or more where that would be closer than 2.5 mm.
 uint strideOf(float z) {
   float pixel_m = z / focalLength();
-  return pixel_m >= 0.00175 ? 2u : (pixel_m >= 0.000875 ? 4u : 8u);
+  return pixel_m >= 0.00125 ? 2u : (pixel_m >= 0.000625 ? 4u : 8u);
 }
 
 // A disc that reaches a little more than half the diagonal to the next, grown with slant up to four times.

@@ -64,7 +64,7 @@ Image<Measurement> measure(const View& view, const Image<float>& filtered) {
 
 int strideOf(const View& view, float z) {
   const float pixel_m = z / view.focal();
-  return pixel_m >= 0.00175f ? 2 : pixel_m >= 0.000875f ? 4 : 8;
+  return pixel_m >= 0.00125f ? 2 : pixel_m >= 0.000625f ? 4 : 8;
 }
 
 float radiusOf(const View& view, float z, float normal_z) {
