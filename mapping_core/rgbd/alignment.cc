@@ -39,7 +39,8 @@ void resize(AlignmentWorkspace& w, size_t n) {
 
 // Residuals and rows of all points at one pose. Weight 0 marks points that do not count.
 LevelSums evaluatePoints(const ReferencePoints& points, const PyramidLevel& frame, const Pose& T_ref_cur, float gate_m,
-                         const Brightness& brightness, const DepthNoiseModel& noise, AlignmentWorkspace& w) {
+                         float extra_sigma_m, const Brightness& brightness, const DepthNoiseModel& noise,
+                         AlignmentWorkspace& w) {
   LevelSums sums;
   const Eigen::Matrix3f r_rc = T_ref_cur.rotationMatrix().cast<float>();
   const Eigen::Vector3f t_rc = T_ref_cur.translation().cast<float>();
@@ -69,7 +70,7 @@ LevelSums evaluatePoints(const ReferencePoints& points, const PyramidLevel& fram
     const float d = depth[vn * width + un];
     if (d <= 0) continue;
     const float sigma_live = noise.sigma(d);
-    const float depth_gate = std::max(0.03f, kPhotoGateSigma * (sigma_live + points.sigma_m[i]));
+    const float depth_gate = std::max(0.03f, kPhotoGateSigma * (sigma_live + points.sigma_m[i] + extra_sigma_m));
     const Eigen::Vector3f n(points.nx[i], points.ny[i], points.nz[i]);
     const bool has_normal = points.nx[i] != 0 || points.ny[i] != 0 || points.nz[i] != 0;
 
@@ -80,7 +81,8 @@ LevelSums evaluatePoints(const ReferencePoints& points, const PyramidLevel& fram
       ++sums.compared;
       if (offset.squaredNorm() < gate_m * gate_m) {
         const float along = std::abs(n.dot(x_ref)) / x_ref.norm();
-        const float sigma = std::sqrt(points.sigma_m[i] * points.sigma_m[i] + along * along * sigma_live * sigma_live);
+        const float sigma = std::sqrt(points.sigma_m[i] * points.sigma_m[i] + along * along * sigma_live * sigma_live +
+                                      extra_sigma_m * extra_sigma_m);
         const float inv = 1 / sigma;
         const float r = n.dot(offset) * inv;
         const float share = r / kTukey;
@@ -220,10 +222,11 @@ Alignment align(const ReferenceView& reference, const Pyramid& frame, const Pose
     resize(w, points.x.size());
     const double progress = levels > 1 ? static_cast<double>(l) / static_cast<double>(levels - 1) : 1.0;
     const float gate = static_cast<float>((1 - progress) * options.coarse_gate_m + progress * options.distance_gate_m);
+    const float extra_sigma = static_cast<float>(1 - progress) * options.coarse_extra_sigma_m;
     const int iterations = options.iterations[std::min(l, options.iterations.size() - 1)];
     LevelSums sums;
     for (int i = 0; i < iterations; ++i) {
-      sums = evaluatePoints(points, level, result.T_ref_cur, gate, brightness, options.noise, w);
+      sums = evaluatePoints(points, level, result.T_ref_cur, gate, extra_sigma, brightness, options.noise, w);
       if (sums.inliers + sums.photometric < kFewestPoints) return result;
       const float median = medianAbsolutePhotometric(points, w);
       sums.photometric_median = median;

@@ -17,6 +17,9 @@ struct AlignmentOptions {
   std::vector<int> iterations = {8, 6, 6};
   float distance_gate_m = 0.10f;     ///< association gate at the finest level
   float coarse_gate_m = 0.20f;       ///< and at the coarsest
+  /// Added to sigma at the coarsest level, nothing at the finest: lets the robust weights pull from afar when the guess
+  /// is poor. Residual statistics of the finest level are not touched.
+  float coarse_extra_sigma_m = 0;
   float photometric_weight = 0.3f;   ///< lambda of A 3.5: grey residuals are correlated, depth ones less so
   float information_deflation = 50;  ///< kappa of A 3.9: neighbouring pixels are not independent
   double stop_m = 2e-5, stop_rad = 2e-5;

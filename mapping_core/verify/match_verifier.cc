@@ -12,6 +12,15 @@ struct DepthAgreement {
   double agree = 0;   // and where both are the same surface
 };
 
+// The nearest depth of 3x3 pixels: beside an edge a pixel's error is the edge's height, not the surface's.
+float nearestAround(const Image<float>& depth_m, int u, int v) {
+  float nearest = depth_m.at(u, v);
+  for (int y = std::max(0, v - 1); y <= std::min(depth_m.height() - 1, v + 1); ++y)
+    for (int x = std::max(0, u - 1); x <= std::min(depth_m.width() - 1, u + 1); ++x)
+      if (depth_m.at(x, y) > 0) nearest = std::min(nearest, depth_m.at(x, y));
+  return nearest;
+}
+
 // Projects every predicted pixel of one level into the live frame and compares depths there.
 DepthAgreement compareDepth(const PyramidLevel& predicted, const PyramidLevel& live, const Pose& T_predicted_live,
                             double behind_m, const DepthNoiseModel& noise) {
@@ -34,7 +43,7 @@ DepthAgreement compareDepth(const PyramidLevel& predicted, const PyramidLevel& l
       if (d <= 0) continue;
       const float gate = std::max(static_cast<float>(behind_m), 3 * noise.sigma(d));
       ++compared;
-      behind += d > q.z() + gate;
+      behind += nearestAround(live.depth_m, u, v) > q.z() + gate;
       agree += std::abs(d - q.z()) <= gate;
     }
   if (compared == 0) return {1, 0};
@@ -53,13 +62,15 @@ Pose turned(double pitch_rad, double yaw_rad) {
 Alignment MatchVerifier::alignCoarse(const KeyframeView& query, const KeyframeView& candidate) {
   AlignmentOptions options;
   options.noise = options_.noise;
-  options.iterations = {12, 6};
-  options.coarse_gate_m = 0.5f;
-  options.distance_gate_m = 0.2f;
+  options.iterations = {20, 10};
+  options.coarse_gate_m = 0.6f;
+  options.distance_gate_m = 0.15f;
+  options.coarse_extra_sigma_m = 0.08f;
   const double a = options_.seed_rad;
   Alignment best;
   double best_score = -1;
-  for (const Pose& seed : {Pose(), turned(0, a), turned(0, -a), turned(a, 0), turned(-a, 0)}) {
+  for (const Pose& seed :
+       {Pose(), turned(0, a), turned(0, -a), turned(0, 2 * a), turned(0, -2 * a), turned(a, 0), turned(-a, 0)}) {
     const Alignment alignment = align(candidate.coarse, query.pyramid, seed, options, workspace_);
     const double score = alignment.solved ? alignment.inlier_ratio * std::min(1.0, alignment.overlap * 2) : 0;
     if (score > best_score) {
