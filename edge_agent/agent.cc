@@ -92,13 +92,13 @@ Result<void> Agent::ship(const Frame& frame, const TrackedFrame& tracked) {
 }
 
 Result<void> Agent::exchange(std::chrono::milliseconds timeout) {
-  sender_.sendDue(std::chrono::steady_clock::now());
+  if (welcome_) sender_.sendDue(std::chrono::steady_clock::now());
   auto delivery = link_.receive(timeout);
   while (delivery) {
     if (auto handled = handle(*delivery); !handled) return handled;
     delivery = link_.receive(std::chrono::milliseconds(0));
   }
-  sender_.sendDue(std::chrono::steady_clock::now());
+  if (welcome_) sender_.sendDue(std::chrono::steady_clock::now());
   return {};
 }
 
@@ -114,6 +114,7 @@ Result<void> Agent::handle(const Delivery& delivery) {
       if (ack->session != session_) return {};  // of this robot's earlier life
       if (!ack->refusal.empty())
         return Error{ErrorCode::kProblem, "the core refuses robot " + config_.robot + ": " + ack->refusal};
+      welcome_ = true;
       sender_.acknowledge(*ack);
       mapped_below_ = std::max(mapped_below_, ack->mapped_below);
       return {};

@@ -24,7 +24,7 @@ struct MapBuilderOptions {
   VerifierOptions verifier;
   VoteOptions vote;
   GraphOptions graph;
-  size_t candidates = 5;            ///< per keyframe in other maps
+  size_t candidates = 3;            ///< per keyframe in other maps
   size_t loop_candidates = 2;       ///< per keyframe in its own map
   double max_dissimilarity = 0.45;  ///< of a fern candidate
   uint32_t loop_gap = 20;           ///< keyframes of one robot nearer in sequence are neighbours, not loops

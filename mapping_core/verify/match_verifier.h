@@ -12,11 +12,11 @@ namespace comap {
 struct VerifierOptions {
   float depth_max_m = 6.0f;
   double coarse_inlier_ratio = 0.30;  ///< below it the full stage is not worth its time
-  double inlier_ratio = 0.55;         ///< inliers / compared
+  double inlier_ratio = 0.85;         ///< inliers / compared: what one sees, the other must see as well
   double overlap = 0.35;              ///< share of the predicted surface that the query sees and agrees with
   double rms_sigma = 1.5;
-  double degeneracy = 1e-3;
-  double photometric_median = 25;  ///< grey levels
+  double degeneracy = 2e-3;
+  double photometric_median = 18;  ///< grey levels
   double seen_through = 0.05;      ///< share of pixels
   double behind_m = 0.05;          ///< how far behind the map's surface counts as seen through
   double round_trip_m = 0.02, round_trip_rad = 0.0175;
