@@ -114,6 +114,11 @@ Result<void> Agent::handle(const Delivery& delivery) {
       if (ack->session != session_) return {};  // of this robot's earlier life
       if (!ack->refusal.empty())
         return Error{ErrorCode::kProblem, "the core refuses robot " + config_.robot + ": " + ack->refusal};
+      if (ack->next_expected < durable_below_)
+        return Error{ErrorCode::kProblem, "the core holds " + std::to_string(ack->next_expected) + " of the " +
+                                              std::to_string(durable_below_) +
+                                              " keyframes it acknowledged: it was started anew; start this agent anew"};
+      durable_below_ = ack->next_expected;
       welcome_ = true;
       sender_.acknowledge(*ack);
       mapped_below_ = std::max(mapped_below_, ack->mapped_below);

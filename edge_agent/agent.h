@@ -92,6 +92,7 @@ class Agent {
   int frames_since_keyframe_ = 0;
   int damaged_in_a_row_ = 0;
   bool welcome_ = false;  // the core has answered the hello: topics may overtake each other, so nothing goes before
+  uint32_t durable_below_ = 0;
   uint32_t mapped_below_ = 0;
   Pose T_odom_cam_;
   int64_t stamp_ns_ = 0;

@@ -18,6 +18,7 @@ Result<AgentConfig> readAgentConfig(const std::string& path) {
   link.read("domain", config.link.domain, 0, 230);
   link.read("site", config.link.site);
   link.read("interface_address", config.link.interface_address);
+  link.read("insecure", config.link.insecure);
 
   ConfigReader odometry = reader->section("odometry");
   odometry.read("depth_min_m", config.odometry.depth_min_m, 0.05, 2);
@@ -61,6 +62,7 @@ link:
   domain: {}             # DDS domain, 0..230; the same as the core's
   site: "{}"             # the core's site
   interface_address: "{}"  # the one network interface to use
+  insecure: {}         # true: clear text on an interface other than loopback
 odometry:
   depth_min_m: {}
   depth_max_m: {}
@@ -82,7 +84,7 @@ downlink:
   radius_m: {}                  # of map tiles wanted around the robot
   budget_bytes_per_s: {}
 )",
-      c.robot, c.source, c.link.domain, c.link.site, c.link.interface_address, c.odometry.depth_min_m,
+      c.robot, c.source, c.link.domain, c.link.site, c.link.interface_address, c.link.insecure, c.odometry.depth_min_m,
       c.odometry.depth_max_m, c.odometry.alignment.noise.floor_m, c.odometry.alignment.noise.factor_per_m,
       c.odometry.alignment.photometric_weight, c.odometry.lost_after, c.keyframes.translation_m,
       c.keyframes.rotation_rad, c.keyframes.overlap, c.keyframes.max_frames, c.sender.window, c.max_waiting_keyframes,

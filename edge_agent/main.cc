@@ -25,7 +25,7 @@ volatile sig_atomic_t g_stop = 0;
 struct Arguments {
   std::string config, source, robot, site, interface_address, report;
   int domain = -1;
-  bool realtime = false, list_sources = false, print_config = false, check_config = false;
+  bool insecure = false, realtime = false, list_sources = false, print_config = false, check_config = false;
   int patience_s = 60;
 };
 
@@ -46,6 +46,7 @@ Result<AgentConfig> configure(const Arguments& arguments) {
   if (!arguments.site.empty()) config.link.site = arguments.site;
   if (!arguments.interface_address.empty()) config.link.interface_address = arguments.interface_address;
   if (arguments.domain >= 0) config.link.domain = arguments.domain;
+  config.link.insecure = config.link.insecure || arguments.insecure;
   if (const std::string problem = robotNameProblem(config.robot); !problem.empty())
     return Error{ErrorCode::kWrongUse, problem};
   config.link.role = LinkRole::kRobot;
@@ -73,16 +74,27 @@ Result<void> awaitCore(const AgentConfig& config, const Link& link, int patience
   return {};
 }
 
+Error silentCore(const Agent& agent, int patience_s) {
+  return {ErrorCode::kUnreachable, std::to_string(agent.unacknowledged()) +
+                                       " keyframes are not acknowledged and the core has been silent for " +
+                                       std::to_string(patience_s) + " s"};
+}
+
 // While frames come. Recorded sources play as fast as the core keeps up, or at their own speed.
-Result<void> drive(Agent& agent, bool realtime) {
+Result<void> drive(Agent& agent, bool realtime, int patience_s) {
   const auto start = Clock::now();
+  auto last_progress = start;
   size_t recorded = 0;
+  uint32_t unacknowledged = 0;
   while (g_stop == 0) {
     const auto taken = agent.takeFrame();
     if (!taken) return taken.error();
     if (*taken == Agent::Progress::kEnded) return {};
     if (auto exchanged = agent.exchange(milliseconds(*taken == Agent::Progress::kWaiting ? 20 : 0)); !exchanged)
       return exchanged;
+    if (*taken == Agent::Progress::kFrame || agent.unacknowledged() != unacknowledged) last_progress = Clock::now();
+    unacknowledged = agent.unacknowledged();
+    if (Clock::now() - last_progress > seconds(patience_s)) return silentCore(agent, patience_s);
     if (!realtime || agent.frames().size() == recorded) continue;
     recorded = agent.frames().size();
     const auto due = start + std::chrono::nanoseconds(agent.frames().back().stamp_ns - agent.frames().front().stamp_ns);
@@ -122,9 +134,7 @@ Result<void> settle(Agent& agent, int patience_s) {
     if (agent.allAcknowledged() && agent.allMapped() && Clock::now() - last_news > kQuiet) return {};
     if (Clock::now() - last_progress > seconds(patience_s)) {
       if (agent.allAcknowledged()) return {};
-      return Error{ErrorCode::kUnreachable, std::to_string(agent.unacknowledged()) +
-                                                " keyframes are not acknowledged and the core has been silent for " +
-                                                std::to_string(patience_s) + " s"};
+      return silentCore(agent, patience_s);
     }
   }
   return {};
@@ -133,7 +143,7 @@ Result<void> settle(Agent& agent, int patience_s) {
 Result<void> work(Agent& agent, const AgentConfig& config, const Link& link, const Arguments& arguments) {
   if (auto greeted = agent.hello(); !greeted) return greeted;
   if (auto found = awaitCore(config, link, arguments.patience_s); !found) return found;
-  if (auto driven = drive(agent, arguments.realtime); !driven) return driven;
+  if (auto driven = drive(agent, arguments.realtime, arguments.patience_s); !driven) return driven;
   return settle(agent, arguments.patience_s);
 }
 
@@ -159,7 +169,11 @@ int run(const Arguments& arguments) {
   if (!arguments.report.empty())
     if (auto written = writeAgentReport(reportOf(config->robot, agent), arguments.report); !written)
       return failWith(written.error());
-  return done ? 0 : failWith(done.error());
+  if (!done) return failWith(done.error());
+  if (!agent.allAcknowledged())
+    return failWith({ErrorCode::kProblem, "stopped with " + std::to_string(agent.unacknowledged()) +
+                                              " keyframes not acknowledged by the core: they are lost"});
+  return 0;
 }
 
 }  // namespace
@@ -179,6 +193,7 @@ int main(int argc, char** argv) {
   app.add_option("--core-site", arguments.site, "Site of the mapping core");
   app.add_option("--domain", arguments.domain, "DDS domain")->check(CLI::Range(0, 230));
   app.add_option("--interface", arguments.interface_address, "IPv4 address of the network interface to use");
+  app.add_flag("--insecure", arguments.insecure, "Allow clear text on an interface other than loopback");
   app.add_option("--report", arguments.report, "Write what was done to this JSON file at the end");
   app.add_option("--patience", arguments.patience_s, "Seconds without the core before giving up")
       ->check(CLI::Range(1, 86400))

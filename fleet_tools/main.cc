@@ -7,31 +7,15 @@
 
 namespace {
 
-void addVerbs([[maybe_unused]] CLI::App& app, [[maybe_unused]] int& exit_code) {
-#ifdef COMAP_HAS_SYNTH_VERB
+void addVerbs(CLI::App& app, int& exit_code) {
   comap::addSynthVerb(app, exit_code);
-#endif
-#ifdef COMAP_HAS_REPLAY_VERB
   comap::addReplayVerb(app, exit_code);
-#endif
-#ifdef COMAP_HAS_EVALUATE_VERB
   comap::addEvaluateVerb(app, exit_code);
-#endif
-#ifdef COMAP_HAS_EXPORT_VERB
   comap::addExportVerb(app, exit_code);
-#endif
-#ifdef COMAP_HAS_RENDER_VERB
   comap::addRenderVerb(app, exit_code);
-#endif
-#ifdef COMAP_HAS_INFO_VERB
   comap::addInfoVerb(app, exit_code);
-#endif
-#ifdef COMAP_HAS_MATCHES_VERB
   comap::addMatchesVerb(app, exit_code);
-#endif
-#ifdef COMAP_HAS_MERGES_VERB
   comap::addMergesVerb(app, exit_code);
-#endif
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <set>
 
@@ -12,6 +13,8 @@
 
 namespace comap {
 namespace {
+
+constexpr const char* kRunMark = "/.comap-run";
 
 struct ReplayArguments {
   std::vector<std::string> robots;
@@ -42,16 +45,18 @@ Result<void> prepareFolder(const std::string& out, bool overwrite) {
   namespace fs = std::filesystem;
   std::error_code error;
   if (fs::exists(out, error) && !fs::is_empty(out, error)) {
-    const bool is_run = fs::exists(storePathOf(out), error) || fs::exists(out + "/logs", error);
-    if (!is_run) return Error{ErrorCode::kWrongUse, "--out " + out + ": folder is not empty and holds no earlier run"};
+    if (!fs::exists(out + kRunMark, error))
+      return Error{ErrorCode::kWrongUse, "--out " + out + ": folder is not empty and holds no earlier run"};
     if (!overwrite)
       return Error{ErrorCode::kWrongUse,
                    "--out " + out + ": holds a run already; choose another folder or --overwrite"};
     fs::remove_all(out, error);
   }
   fs::create_directories(out, error);
-  if (error || access(out.c_str(), W_OK) != 0)
-    return Error{ErrorCode::kUnreachable, "--out " + out + ": cannot be made or written"};
+  std::ofstream mark(out + kRunMark);
+  mark << "A run of fleet replay; --overwrite may empty this folder.\n";
+  mark.close();
+  if (error || !mark) return Error{ErrorCode::kUnreachable, "--out " + out + ": cannot be made or written"};
   return {};
 }
 
@@ -76,9 +81,24 @@ void printSummary(const nlohmann::json& report, const std::string& out) {
   std::printf("run: %s (map.comap, map.ply, *.trajectory.txt, report.json, report.html)\n", out.c_str());
 }
 
+// The run's files are there, but they do not show what was asked for.
+int failIfIncomplete(const nlohmann::json& report) {
+  for (const auto& [name, robot] : report.at("robots").items()) {
+    if (robot.at("keyframes_lost").get<int>() > 0)
+      return failWith({ErrorCode::kProblem, "robot " + name + ": " + robot.at("keyframes_lost").dump() +
+                                                " keyframes did not reach the core"});
+    if (robot.at("keyframes").get<int>() == 0)
+      return failWith({ErrorCode::kProblem, "robot " + name + ": none of its " + robot.at("frames").dump() +
+                                                " frames has enough depth to start from"});
+  }
+  return 0;
+}
+
 int run(ReplayArguments& arguments) {
   if (arguments.mode == "paper")
     return failWith({ErrorCode::kWrongUse, "--mode paper: this build has the graph mode only"});
+  if (arguments.options.realtime && arguments.link == "loopback")
+    return failWith({ErrorCode::kWrongUse, "--realtime: loopback has no clock; use --link dds"});
   auto robots = parseRobots(arguments.robots);
   if (!robots) return failWith(robots.error());
   arguments.options.robots = std::move(*robots);
@@ -99,10 +119,7 @@ int run(ReplayArguments& arguments) {
     std::printf("%s\n", report->dump(2).c_str());
   else
     printSummary(*report, arguments.options.out);
-  for (const auto& [name, robot] : report->at("robots").items())
-    if (robot.at("keyframes_lost").get<int>() > 0)
-      return failWith({ErrorCode::kProblem, "robot " + name + ": keyframes were lost"});
-  return 0;
+  return failIfIncomplete(*report);
 }
 
 }  // namespace

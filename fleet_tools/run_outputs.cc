@@ -250,12 +250,14 @@ Result<Json> writeRunOutputs(const ReplayOptions& options, const ReplayOutcome& 
   std::vector<Pose> T_map_cams;
   for (const auto& [id, keyframe] : content->keyframes)
     if (keyframe.map == largest) T_map_cams.push_back(keyframe.T_map_cam);
+  std::vector<ReportPicture> pictures;
   if (!surfels.empty()) {
-    auto pictures = paintMap(options, surfels, T_map_cams);
-    if (!pictures) return pictures.error();
-    const std::string page = renderReportPage(report, *pictures, plotted);
-    if (auto written = writeText(options.out + "/report.html", page); !written) return written.error();
+    auto painted = paintMap(options, surfels, T_map_cams);
+    if (!painted) return painted.error();
+    pictures = std::move(*painted);
   }
+  const std::string page = renderReportPage(report, pictures, plotted);
+  if (auto written = writeText(options.out + "/report.html", page); !written) return written.error();
   return report;
 }
 

@@ -17,7 +17,7 @@ volatile sig_atomic_t g_stop = 0;
 struct Arguments {
   std::string config, store, device, site, interface_address, report;
   int domain = -1;
-  bool list_devices = false, print_config = false, check_config = false;
+  bool insecure = false, list_devices = false, print_config = false, check_config = false;
 };
 
 int failWith(const Error& error) {
@@ -46,6 +46,7 @@ Result<CoreConfig> configure(const Arguments& arguments) {
   if (!arguments.site.empty()) config.link.site = arguments.site;
   if (!arguments.interface_address.empty()) config.link.interface_address = arguments.interface_address;
   if (arguments.domain >= 0) config.link.domain = arguments.domain;
+  config.link.insecure = config.link.insecure || arguments.insecure;
   config.link.role = LinkRole::kCore;
   return config;
 }
@@ -54,7 +55,7 @@ Result<void> serve(MappingService& service) {
   while (g_stop == 0) {
     const auto worked = service.step(std::chrono::milliseconds(200));
     if (!worked) return worked.error();
-    if (!*worked)
+    if (!*worked || service.quiet())
       if (auto refreshed = service.refreshTiles(); !refreshed) return refreshed;
   }
   return service.finish({});
@@ -110,6 +111,7 @@ int main(int argc, char** argv) {
   app.add_option("--core-site", arguments.site, "Site whose robots are served");
   app.add_option("--domain", arguments.domain, "DDS domain")->check(CLI::Range(0, 230));
   app.add_option("--interface", arguments.interface_address, "IPv4 address of the network interface to use");
+  app.add_flag("--insecure", arguments.insecure, "Allow clear text on an interface other than loopback");
   app.add_option("--report", arguments.report, "Write what was done to this JSON file at the end");
   app.add_flag("--list-devices", arguments.list_devices, "Print the Vulkan devices, usable or why not, and stop");
   app.add_flag("--print-config", arguments.print_config, "Print the configuration in force and stop");

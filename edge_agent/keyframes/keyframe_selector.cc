@@ -8,8 +8,8 @@ namespace comap {
 std::string_view keyframeReason(const TrackedFrame& tracked, int frames_since, double median_depth_m,
                                 TrackingState previous_state, const KeyframeOptions& options) {
   if (tracked.first) return "first";
-  // What could not be aligned ties to nothing and would be an island.
-  if (tracked.state == TrackingState::kLost || !tracked.alignment.solved) return {};
+  // A pose that was only coasted to is no measurement: it must not become an edge.
+  if (tracked.state == TrackingState::kLost || !tracked.aligned) return {};
   if (tracked.state != previous_state) return "state";
   const double reach = options.translation_m * std::max(0.25, median_depth_m / 2);
   if (tracked.T_keyframe_cam.translation().norm() > reach) return "translation";

@@ -32,7 +32,9 @@ TrackedFrame VisualOdometry::track(const Frame& frame) {
   const bool believable = a.solved && a.T_ref_cur.isFinite() && jump.translation().norm() < options_.jump_m &&
                           jump.angle() < options_.jump_rad;
   const bool good = believable && a.inlier_ratio >= options_.poor_inlier_ratio &&
-                    a.rms_sigma <= options_.poor_rms_sigma && a.degeneracy >= options_.poor_degeneracy;
+                    a.rms_sigma <= options_.poor_rms_sigma && a.degeneracy >= options_.poor_degeneracy &&
+                    a.photometric_median <= options_.poor_photometric;
+  tracked.aligned = believable;
   if (believable) {
     tracked.T_odom_cam = T_odom_cam;
     velocity_ = (T_odom_last_.inverse() * T_odom_cam).log();

@@ -19,6 +19,7 @@ struct OdometryOptions {
   double poor_inlier_ratio = 0.5;
   double poor_rms_sigma = 1.5;
   double poor_degeneracy = 1e-4;
+  double poor_photometric = 20;            ///< grey levels: geometry may fit where the picture does not (A 3.8 v)
   double jump_m = 0.15, jump_rad = 0.175;  ///< against constant velocity; more is not believed
   int lost_after = 10;                     ///< consecutive poor frames
 };
@@ -28,7 +29,8 @@ struct TrackedFrame {
   Pose T_keyframe_cam;  ///< in the keyframe that was current when the frame arrived
   Alignment alignment;
   TrackingState state = TrackingState::kOk;
-  bool first = false;  ///< started a chain: nothing to align to
+  bool first = false;    ///< started a chain: nothing to align to
+  bool aligned = false;  ///< the pose is that of the alignment; else it is where constant motion would be
 };
 
 /// Thread rule: one thread. Allocates nothing per frame after the first few.

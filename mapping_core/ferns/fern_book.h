@@ -18,7 +18,7 @@ struct Fern {
 
 class FernBook {
  public:
-  /// The book every CoMap robot uses unless configured otherwise: 500 ferns, depth thresholds 0.4 to 5 m.
+  /// The book every CoMap robot uses: 500 ferns, depth thresholds 0.4 to 5 m.
   static FernBook standard() { return FernBook(0x5EED, 500, 400, 5000); }
 
   FernBook(uint64_t seed, int count, uint16_t depth_min_mm, uint16_t depth_max_mm);

@@ -18,6 +18,7 @@ Result<CoreConfig> readCoreConfig(const std::string& path) {
   link.read("domain", config.link.domain, 0, 230);
   link.read("site", config.link.site);
   link.read("interface_address", config.link.interface_address);
+  link.read("insecure", config.link.insecure);
 
   ConfigReader fusion = reader->section("fusion");
   fusion.read("depth_min_m", mapping.fusion.depth_min_m, 0.05, 2);
@@ -60,6 +61,7 @@ link:
   domain: {}             # DDS domain, 0..230; the same as the robots'
   site: "{}"             # robots of this site are served
   interface_address: "{}"  # the one network interface to use
+  insecure: {}         # true: clear text on an interface other than loopback
 fusion:
   depth_min_m: {}
   depth_max_m: {}
@@ -80,7 +82,7 @@ tiles:
   every_keyframes: {}    # renewed after so many, and when the core is idle
   spacing_m: {}          # level of detail that goes to robots
 )",
-      c.store, c.device, c.link.domain, c.link.site, c.link.interface_address, m.fusion.depth_min_m,
+      c.store, c.device, c.link.domain, c.link.site, c.link.interface_address, c.link.insecure, m.fusion.depth_min_m,
       m.fusion.depth_max_m, m.fusion.stable_confidence, m.fusion.averaging_limit, m.candidates, m.loop_candidates,
       m.max_dissimilarity, m.verifier.inlier_ratio, m.verifier.overlap, m.verifier.rms_sigma, m.verifier.degeneracy,
       m.verifier.photometric_median, m.verifier.seen_through, m.vote.needed, c.service.tile_every_keyframes,

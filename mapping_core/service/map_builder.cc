@@ -189,6 +189,7 @@ Result<bool> MapBuilder::optimise(const KeyframeId& anchor) {
 
   double largest = 0;
   for (const auto& [id, T] : solution->T_map_cam) largest = std::max(largest, displacement(T, T_map_fused_.at(id)));
+  if (largest > 0) stale_.insert(anchor);
   if (largest < options_.move_m) return false;
   std::vector<Pose> T_new_old(by_index_.size());
   for (const auto& [id, T] : solution->T_map_cam) {
@@ -196,8 +197,13 @@ Result<bool> MapBuilder::optimise(const KeyframeId& anchor) {
     T_map_fused_.at(id) = T;
   }
   if (auto moved = maps_.at(anchor).moveOwners(T_new_old); !moved) return moved.error();
-  stale_.insert(anchor);
   return true;
+}
+
+Result<void> MapBuilder::storePoses() {
+  for (const KeyframeId& anchor : components_.anchors())
+    if (auto stored = store_.setPoses(mapIdOf(anchor), posesOf(anchor)); !stored) return stored;
+  return {};
 }
 
 Result<void> MapBuilder::rebuild(const std::function<void(size_t, size_t)>& progress) {

@@ -51,7 +51,8 @@ class MapBuilder {
   /// Fuses every map anew whose keyframes have moved, in the order of their ids: the map as a function of keyframes
   /// and poses. `progress` (may be empty) hears (done, all) keyframes.
   Result<void> rebuild(const std::function<void(size_t, size_t)>& progress);
-  bool needsRebuild() const { return !stale_.empty(); }
+  /// Writes all poses to the store: the graph moves keyframes by less than is worth writing at once.
+  Result<void> storePoses();
 
   const ComponentSet& components() const { return components_; }
   const std::map<KeyframeId, Pose>& poses() const { return T_map_cam_; }

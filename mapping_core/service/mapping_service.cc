@@ -130,6 +130,7 @@ Result<void> MappingService::mapNext() {
     send(Topic::kAck, id.robot, encodeAcknowledgement(acknowledgementOf(*record)));
   }
   publishStatus();
+  last_mapped_ = std::chrono::steady_clock::now();
   statistics_.keyframe_ms.push_back(
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
   return {};
@@ -206,6 +207,11 @@ Result<void> MappingService::refreshTilesOf(const KeyframeId& anchor) {
   return {};
 }
 
+bool MappingService::quiet() const {
+  constexpr std::chrono::milliseconds kWhile(300);
+  return !ingest_.hasNext() && std::chrono::steady_clock::now() - last_mapped_ > kWhile;
+}
+
 Result<void> MappingService::refreshTiles() {
   while (!unpublished_.empty()) {
     const KeyframeId anchor = unpublished_.begin()->first;
@@ -217,6 +223,7 @@ Result<void> MappingService::refreshTiles() {
 Result<void> MappingService::finish(const std::function<void(size_t, size_t)>& progress) {
   while (ingest_.hasNext())
     if (auto mapped = mapNext(); !mapped) return mapped;
+  if (auto stored = builder_.storePoses(); !stored) return stored;
   if (auto rebuilt = builder_.rebuild(progress); !rebuilt) return rebuilt;
   std::vector<Tile> all;
   TileOptions options;

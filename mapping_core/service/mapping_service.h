@@ -39,7 +39,10 @@ class MappingService {
   /// True if anything was done. Errors are of store or device and leave what is acknowledged safe.
   Result<bool> step(std::chrono::milliseconds timeout);
 
-  /// Renews the tiles of maps that have changed. Call when step() found nothing to do.
+  /// True if nothing waits to be mapped and nothing was for a while, whatever else robots say.
+  bool quiet() const;
+
+  /// Renews the tiles of maps that have changed. Call when the service is quiet.
   Result<void> refreshTiles();
 
   /// Maps what is waiting, fuses maps anew whose keyframes moved, and stores the tiles in full detail.
@@ -87,6 +90,7 @@ class MappingService {
   std::map<KeyframeId, uint32_t> unpublished_;  // anchor -> keyframes since its tiles were renewed
   ServiceStatistics statistics_;
   uint32_t keyframes_ = 0;
+  std::chrono::steady_clock::time_point last_mapped_;
 };
 
 }  // namespace comap

@@ -312,6 +312,10 @@ Result<std::unique_ptr<Link>> connectDds(const DdsLinkOptions& options) {
     return Error{ErrorCode::kUnreachable,
                  "link.interface_address '" + options.interface_address + "' is no IPv4 address of this machine"};
   }
+  if (!options.insecure && options.interface_address.rfind("127.", 0) != 0)
+    return Error{ErrorCode::kWrongUse, "link.interface_address '" + options.interface_address +
+                                           "' leaves this machine and messages are not encrypted: if that network is "
+                                           "trusted, say so with --insecure or link.insecure: true"};
   auto link = std::make_unique<DdsLink>(options);
   if (auto opened = link->open(); !opened) return opened.error();
   return std::unique_ptr<Link>(std::move(link));

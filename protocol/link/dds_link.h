@@ -16,6 +16,8 @@ struct DdsLinkOptions {
   std::string robot;  ///< a robot's own name; unused by others
   /// IPv4 address of the one interface to use. 127.*: also shared memory, and nothing leaves the machine.
   std::string interface_address = "127.0.0.1";
+  /// Messages are not encrypted: another interface than 127.* needs this word that the network is trusted.
+  bool insecure = false;
 };
 
 /// kWrongUse for options out of range, kUnreachable if the interface is not there or the domain's ports are taken.

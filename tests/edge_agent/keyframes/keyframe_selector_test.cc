@@ -9,6 +9,7 @@ namespace {
 TrackedFrame calm() {
   TrackedFrame tracked;
   tracked.alignment.solved = true;
+  tracked.aligned = true;
   tracked.alignment.overlap = 0.95;
   return tracked;
 }
@@ -71,7 +72,7 @@ TEST(KeyframeSelector, lostOverlap) {
   EXPECT_EQ(reasonOf(tracked), "");
   tracked.alignment.overlap = 0.74;
   EXPECT_EQ(reasonOf(tracked), "overlap");
-  tracked.alignment.solved = false;  // then the overlap means nothing
+  tracked.aligned = false;  // then the pose is no measurement, and the overlap means nothing
   EXPECT_EQ(reasonOf(tracked), "");
 }
 

@@ -1,0 +1,225 @@
+// The agent against a core that the test plays by hand over the loopback link.
+#include "edge_agent/agent.h"
+
+#include <gtest/gtest.h>
+
+#include "protocol/codec/codec.h"
+#include "protocol/link/loopback_link.h"
+#include "tests/scenes/scene.h"
+
+namespace comap {
+namespace {
+
+using std::chrono::milliseconds;
+
+// A walk along x, with blanks (no depth, black) where asked and a damaged frame where asked.
+class WalkSource final : public FrameSource {
+ public:
+  WalkSource(int frames, int blank_from, int blank_to, int damaged)
+      : frames_(frames), blank_from_(blank_from), blank_to_(blank_to), damaged_(damaged) {}
+
+  Result<std::optional<Frame>> next() override {
+    const int i = next_++;
+    if (i >= frames_) return std::optional<Frame>();
+    if (i == damaged_) return Error{ErrorCode::kBadData, "frame 7 is damaged"};
+    const Pose T_world_cam(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.02 * i, 0, 0));
+    Frame frame = scene_.render(smallCamera(), T_world_cam, i * 33'000'000ll);
+    if (i >= blank_from_ && i < blank_to_) {
+      frame.colour = ColourImage(frame.colour.width(), frame.colour.height());
+      frame.depth = DepthImage(frame.depth.width(), frame.depth.height());
+    }
+    return std::optional<Frame>(std::move(frame));
+  }
+  size_t size() const override { return static_cast<size_t>(frames_); }
+  std::string description() const override { return "walk"; }
+
+ private:
+  Scene scene_ = Scene::room();
+  int frames_, blank_from_, blank_to_, damaged_;
+  int next_ = 0;
+};
+
+struct Played {
+  std::vector<Keyframe> keyframes;
+  std::vector<std::string> log;
+};
+
+class AgentTest : public testing::Test {
+ protected:
+  static constexpr uint64_t kSession = 7;
+
+  AgentTest() : core_(hub_.connect(LinkRole::kCore)), wire_(hub_.connect(LinkRole::kRobot, "r")) {
+    config_.robot = "r";
+  }
+
+  Agent makeAgent(FrameSource& source) {
+    return Agent(config_, kSession, source, *wire_, [this](const std::string& line) { log_.push_back(line); });
+  }
+
+  void acknowledge(uint32_t next_expected, const std::string& refusal = "") {
+    Acknowledgement ack;
+    ack.robot = "r";
+    ack.session = kSession;
+    ack.next_expected = ack.mapped_below = next_expected;
+    ack.refusal = refusal;
+    ASSERT_TRUE(core_->publish(Topic::kAck, "r", *encodeAcknowledgement(ack)));
+  }
+
+  // The core's side: takes keyframes and acknowledges each.
+  void serve(std::vector<Keyframe>& keyframes) {
+    while (auto delivery = core_->receive(milliseconds(0))) {
+      if (delivery->topic == Topic::kHello) acknowledge(0);
+      if (delivery->topic != Topic::kKeyframe) continue;
+      auto keyframe = decodeKeyframe(delivery->payload);
+      ASSERT_TRUE(keyframe) << keyframe.error().text;
+      keyframes.push_back(std::move(*keyframe));
+      acknowledge(keyframes.back().id.sequence + 1);
+    }
+  }
+
+  std::vector<Keyframe> play(Agent& agent) {
+    std::vector<Keyframe> keyframes;
+    EXPECT_TRUE(agent.hello());
+    for (;;) {
+      serve(keyframes);
+      EXPECT_TRUE(agent.exchange(milliseconds(0)));
+      const auto taken = agent.takeFrame();
+      EXPECT_TRUE(taken) << taken.error().text;
+      if (!taken || *taken == Agent::Progress::kEnded) break;
+    }
+    EXPECT_TRUE(agent.exchange(milliseconds(0)));
+    serve(keyframes);
+    EXPECT_TRUE(agent.exchange(milliseconds(0)));
+    return keyframes;
+  }
+
+  LoopbackHub hub_;
+  std::unique_ptr<Link> core_, wire_;
+  AgentConfig config_;
+  std::vector<std::string> log_;
+};
+
+TEST_F(AgentTest, ShipsAChainOfKeyframesThatAddsUpToThePath) {
+  WalkSource source(40, 0, 0, -1);
+  Agent agent = makeAgent(source);
+  const auto keyframes = play(agent);
+  ASSERT_GE(keyframes.size(), 3u);
+  EXPECT_TRUE(agent.allAcknowledged());
+  EXPECT_TRUE(agent.allMapped());
+  Pose T_first_this;
+  for (size_t i = 0; i < keyframes.size(); ++i) {
+    EXPECT_EQ(keyframes[i].id, (KeyframeId{"r", kSession, static_cast<uint32_t>(i)}));
+    EXPECT_EQ(keyframes[i].linked, i > 0);
+    EXPECT_EQ(keyframes[i].fern_code.book_hash, FernBook::standard().hash());
+    if (i > 0) T_first_this = T_first_this * keyframes[i].T_prev_this;
+    const double walked = 0.02 * static_cast<double>(keyframes[i].stamp_ns) / 33e6;
+    EXPECT_NEAR(T_first_this.translation().x(), walked, 0.001 + 0.005 * walked);  // half a percent of the path
+    EXPECT_LT((T_first_this.inverse() * keyframes[i].T_odom_cam).translation().norm(), 1e-9);
+  }
+  ASSERT_EQ(agent.frames().size(), 40u);
+}
+
+TEST_F(AgentTest, SendsNothingBeforeTheCoreHasAnswered) {
+  WalkSource source(3, 0, 0, -1);
+  Agent agent = makeAgent(source);
+  ASSERT_TRUE(agent.hello());
+  ASSERT_TRUE(agent.takeFrame());
+  ASSERT_TRUE(agent.exchange(milliseconds(0)));
+  while (auto delivery = core_->receive(milliseconds(0))) EXPECT_NE(delivery->topic, Topic::kKeyframe);
+  acknowledge(0);
+  ASSERT_TRUE(agent.exchange(milliseconds(0)));
+  std::vector<Keyframe> keyframes;
+  serve(keyframes);
+  EXPECT_EQ(keyframes.size(), 1u);
+}
+
+TEST_F(AgentTest, PausesWhenTheCoreDoesNotAcknowledge) {
+  config_.max_waiting_keyframes = 2;
+  WalkSource source(60, 0, 0, -1);
+  Agent agent = makeAgent(source);
+  ASSERT_TRUE(agent.hello());
+  acknowledge(0);
+  Agent::Progress progress = Agent::Progress::kFrame;
+  for (int i = 0; i < 60 && progress == Agent::Progress::kFrame; ++i) {
+    progress = *agent.takeFrame();
+    ASSERT_TRUE(agent.exchange(milliseconds(0)));
+  }
+  EXPECT_EQ(progress, Agent::Progress::kWaiting);
+  EXPECT_EQ(agent.unacknowledged(), 2u);
+}
+
+TEST_F(AgentTest, ALongBlackoutStartsANewChainAndIsTold) {
+  WalkSource source(60, 20, 40, -1);
+  Agent agent = makeAgent(source);
+  const auto keyframes = play(agent);
+  size_t chains = 0;
+  for (const Keyframe& keyframe : keyframes) {
+    chains += !keyframe.linked;
+    EXPECT_TRUE(keyframe.T_odom_cam.isFinite());
+  }
+  EXPECT_EQ(chains, 2u);
+  EXPECT_GT(agent.statistics().lost_frames, 0u);
+  bool told = false;
+  for (const std::string& line : log_) told = told || line.find("lost") != std::string::npos;
+  EXPECT_TRUE(told);
+  // Lost frames stand nowhere and are in no trajectory.
+  EXPECT_LT(agent.frames().size(), 60u);
+}
+
+TEST_F(AgentTest, ADamagedFrameIsCountedAndPassedOver) {
+  WalkSource source(20, 0, 0, 7);
+  Agent agent = makeAgent(source);
+  EXPECT_FALSE(play(agent).empty());
+  EXPECT_EQ(agent.statistics().damaged_frames, 1u);
+  EXPECT_EQ(agent.statistics().frames, 19u);
+}
+
+TEST_F(AgentTest, ARefusalEndsItWithTheReason) {
+  WalkSource source(3, 0, 0, -1);
+  Agent agent = makeAgent(source);
+  acknowledge(0, "fern book differs");
+  const auto exchanged = agent.exchange(milliseconds(0));
+  ASSERT_FALSE(exchanged);
+  EXPECT_EQ(exchanged.error().code, ErrorCode::kProblem);
+  EXPECT_NE(exchanged.error().text.find("fern book differs"), std::string::npos);
+}
+
+TEST_F(AgentTest, CorrectionsAndTilesOfItsMapAreKept) {
+  WalkSource source(3, 0, 0, -1);
+  Agent agent = makeAgent(source);
+  const auto correct = [&](const MapId& map, uint64_t revision) {
+    ASSERT_TRUE(core_->publish(Topic::kCorrection, "r", *encodeCorrection({"r", kSession, map, Pose(), revision})));
+  };
+  const auto give = [&](const MapId& map, uint64_t revision) {
+    Tile tile;
+    tile.key = {map, 1, 2, 3};
+    tile.revision = revision;
+    tile.surfels.resize(5);
+    ASSERT_TRUE(core_->publish(Topic::kTile, "r", *encodeTile(tile)));
+  };
+  correct("m", 2);
+  give("m", 1);
+  give("other", 1);
+  correct("old", 1);  // overtaken on the way
+  ASSERT_TRUE(agent.exchange(milliseconds(0)));
+  ASSERT_TRUE(agent.correction());
+  EXPECT_EQ(agent.correction()->map, "m");
+  EXPECT_EQ(agent.tiles().tiles().size(), 1u);
+  EXPECT_EQ(agent.statistics().tiles_received, 1u);
+  correct("joint", 3);
+  ASSERT_TRUE(agent.exchange(milliseconds(0)));
+  EXPECT_TRUE(agent.tiles().tiles().empty());
+}
+
+TEST_F(AgentTest, DamagedMessagesArePassedOver) {
+  WalkSource source(3, 0, 0, -1);
+  Agent agent = makeAgent(source);
+  const std::vector<uint8_t> rubbish = {0xff, 0x01, 0x02};
+  for (const Topic topic : {Topic::kAck, Topic::kCorrection, Topic::kTile})
+    ASSERT_TRUE(core_->publish(topic, "r", rubbish));
+  EXPECT_TRUE(agent.exchange(milliseconds(0)));
+  EXPECT_EQ(log_.size(), 3u);
+}
+
+}  // namespace
+}  // namespace comap

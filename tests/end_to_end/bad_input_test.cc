@@ -1,0 +1,198 @@
+// What people get wrong: a clear error, the right exit code, nothing presented as whole that is not.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "edge_agent/capture/image_file.h"
+#include "tests/end_to_end/program.h"
+
+namespace comap {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class BadInput : public testing::Test {
+ protected:
+  void SetUp() override {
+    const char* flat = std::getenv("COMAP_FLAT_DIR");
+    if (flat == nullptr) GTEST_SKIP() << "COMAP_FLAT_DIR names no synthetic flat; run by ctest, which makes one";
+    flat_ = flat;
+  }
+
+  // A few frames of robot a that a test may damage.
+  std::string copyOfA() {
+    const std::string copy = folder_.path("a");
+    fs::copy(flat_ + "/a", copy, fs::copy_options::recursive);
+    return copy;
+  }
+
+  ProgramRun replay(const std::string& robots) {
+    return runProgram("fleet replay --link loopback " + robots + " --out " + folder_.path("run"));
+  }
+
+  void expectNoRun() const {
+    EXPECT_FALSE(fs::exists(folder_.path("run/report.json")));
+    EXPECT_FALSE(fs::exists(folder_.path("run/map.ply")));
+  }
+
+  std::string flat_;
+  TemporaryFolder folder_;
+};
+
+TEST_F(BadInput, MissingFolder) {
+  const ProgramRun run = replay("--robot a=" + folder_.path("nowhere"));
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err, HasSubstr("nowhere"));
+  expectNoRun();
+}
+
+TEST_F(BadInput, RobotWithoutFolderOrWithABadName) {
+  EXPECT_EQ(replay("--robot a").exit_code, 2);
+  const ProgramRun run = replay("--robot 'A b=" + flat_ + "/a'");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("A b"));
+  expectNoRun();
+}
+
+TEST_F(BadInput, TwoRobotsOfOneName) {
+  const ProgramRun run = replay("--robot a=" + flat_ + "/a --robot a=" + flat_ + "/b");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("robot a"));
+}
+
+TEST_F(BadInput, UnreadableCalibration) {
+  const std::string a = copyOfA();
+  std::ofstream(a + "/calibration.txt") << "525 525 oops 239.5 640 480 5000\n";
+  const ProgramRun run = replay("--robot a=" + a);
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err, HasSubstr("calibration.txt"));
+  EXPECT_THAT(run.err, HasSubstr("oops"));
+  expectNoRun();
+}
+
+TEST_F(BadInput, EveryImageTruncated) {
+  const std::string a = copyOfA();
+  for (const auto& entry : fs::directory_iterator(a + "/rgb")) fs::resize_file(entry.path(), 300);
+  const ProgramRun run = replay("--robot a=" + a);
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err, HasSubstr("rgb/"));
+  expectNoRun();
+}
+
+TEST_F(BadInput, OneTruncatedImageIsPassedOverAndCounted) {
+  const std::string a = copyOfA();
+  fs::resize_file(fs::directory_iterator(a + "/rgb")->path(), 300);
+  const ProgramRun run = replay("--robot a=" + a + "@0:30");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(fs::exists(folder_.path("run/report.json")));
+}
+
+TEST_F(BadInput, ImagesOfAnotherSizeThanCalibrated) {
+  const std::string a = copyOfA();
+  for (const auto& entry : fs::directory_iterator(a + "/rgb"))
+    ASSERT_TRUE(writeColourJpeg(entry.path().string(), ColourImage(320, 240), 90));
+  const ProgramRun run = replay("--robot a=" + a);
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err, HasSubstr("320"));
+  expectNoRun();
+}
+
+TEST_F(BadInput, DepthOfAllZerosIsAProblemThatIsTold) {
+  const std::string a = copyOfA();
+  for (const auto& entry : fs::directory_iterator(a + "/depth"))
+    ASSERT_TRUE(writeDepth16Png(entry.path().string(), Image<uint16_t>(640, 480, 0)));
+  const ProgramRun run = replay("--robot a=" + a + "@0:20");
+  EXPECT_EQ(run.exit_code, 1) << run.out;
+  EXPECT_THAT(run.err, HasSubstr("depth"));
+}
+
+TEST_F(BadInput, OutputFolderThatIsNoRun) {
+  fs::create_directories(folder_.path("run"));
+  std::ofstream(folder_.path("run/thesis.txt")) << "precious";
+  const ProgramRun run = replay("--robot a=" + flat_ + "/a@0:10 --overwrite");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_TRUE(fs::exists(folder_.path("run/thesis.txt")));
+}
+
+TEST_F(BadInput, FolderThatOnlyLooksLikeARunIsNotEmptied) {
+  fs::create_directories(folder_.path("run/logs"));
+  std::ofstream(folder_.path("run/map.comap")) << "somebody else's";
+  EXPECT_EQ(runProgram("fleet replay --link loopback --overwrite --robot a=" + flat_ + "/a@0:10 --out " +
+                       folder_.path("run"))
+                .exit_code,
+            2);
+  EXPECT_TRUE(fs::exists(folder_.path("run/map.comap")));
+}
+
+TEST_F(BadInput, UnknownOptionAndVerb) {
+  EXPECT_EQ(runProgram("fleet replay --roboot a=b").exit_code, 2);
+  EXPECT_EQ(runProgram("fleet dance").exit_code, 2);
+  EXPECT_EQ(runProgram("edge_agent --sauce x").exit_code, 2);
+  EXPECT_EQ(runProgram("mapping_core --domain 999").exit_code, 2);
+}
+
+TEST_F(BadInput, UnknownConfigKey) {
+  std::ofstream(folder_.path("robot.yaml")) << "robot: a\nlink:\n  domian: 3\n";
+  const ProgramRun robot = runProgram("edge_agent --check-config --config " + folder_.path("robot.yaml"));
+  EXPECT_EQ(robot.exit_code, 3);
+  EXPECT_THAT(robot.err, HasSubstr("robot.yaml:3"));
+  EXPECT_THAT(robot.err, HasSubstr("domian"));
+  std::ofstream(folder_.path("core.yaml")) << "matching:\n  votes: many\n";
+  const ProgramRun core = runProgram("mapping_core --check-config --config " + folder_.path("core.yaml"));
+  EXPECT_EQ(core.exit_code, 3);
+  EXPECT_THAT(core.err, HasSubstr("votes"));
+}
+
+TEST_F(BadInput, PrintedConfigIsReadBack) {
+  for (const std::string program : {"edge_agent", "mapping_core"}) {
+    const ProgramRun printed = runProgram(program + " --print-config");
+    ASSERT_EQ(printed.exit_code, 0);
+    std::ofstream(folder_.path("printed.yaml")) << printed.out;
+    const ProgramRun again = runProgram(program + " --print-config --config " + folder_.path("printed.yaml"));
+    EXPECT_EQ(again.exit_code, 0) << again.err;
+    EXPECT_EQ(again.out, printed.out);
+  }
+}
+
+TEST_F(BadInput, NoVulkanDevice) {
+  const std::string none = "VK_ICD_FILENAMES=/nonexistent.json VK_DRIVER_FILES=/nonexistent.json";
+  const ProgramRun run =
+      runProgram("fleet replay --link loopback --robot a=" + flat_ + "/a@0:5 --out " + folder_.path("run"), none);
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err, HasSubstr("Vulkan"));
+  expectNoRun();
+  EXPECT_EQ(runProgram("mapping_core --store " + folder_.path("m.comap"), none).exit_code, 3);
+}
+
+TEST_F(BadInput, DeviceThatIsNotThere) {
+  const ProgramRun run = runProgram("mapping_core --device 99 --store " + folder_.path("m.comap"));
+  EXPECT_NE(run.exit_code, 0);
+  EXPECT_THAT(run.err, HasSubstr("99"));
+}
+
+TEST_F(BadInput, AgentWithoutACoreGivesUpInTime) {
+  const ProgramRun run = runProgram("edge_agent --robot a --domain 231 --source tum:" + flat_ + "/a --patience 1");
+  EXPECT_EQ(run.exit_code, 2);
+  const ProgramRun alone =
+      runProgram("edge_agent --robot a --domain 99 --core-site nobody --source tum:" + flat_ + "/a --patience 1");
+  EXPECT_EQ(alone.exit_code, 3);
+  EXPECT_THAT(alone.err, HasSubstr("nobody"));
+}
+
+TEST_F(BadInput, StoreThatIsNoStore) {
+  std::ofstream(folder_.path("letter.txt")) << "Dear Sir or Madam";
+  for (const std::string verb : {"info", "matches", "merges"}) {
+    const ProgramRun run = runProgram("fleet " + verb + " " + folder_.path("letter.txt"));
+    EXPECT_EQ(run.exit_code, 3) << verb;
+    EXPECT_THAT(run.err, HasSubstr("letter.txt")) << verb;
+  }
+  EXPECT_EQ(runProgram("fleet info " + folder_.path("nothing.comap")).exit_code, 3);
+  EXPECT_FALSE(fs::exists(folder_.path("nothing.comap")));
+}
+
+}  // namespace
+}  // namespace comap

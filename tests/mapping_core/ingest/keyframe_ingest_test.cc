@@ -1,0 +1,86 @@
+#include "mapping_core/ingest/keyframe_ingest.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+
+#include "protocol/codec/keyframe_codec.h"
+
+namespace comap {
+namespace {
+
+std::vector<uint8_t> encoded(const std::string& robot, uint64_t session, uint32_t sequence) {
+  Keyframe keyframe;
+  keyframe.id = {robot, session, sequence};
+  keyframe.camera = {30, 30, 15.5, 11.5, 32, 24};
+  keyframe.colour = ColourImage(32, 24);
+  keyframe.depth = DepthImage(32, 24, 5000);
+  keyframe.fern_code = {1, std::vector<uint8_t>(10, 3)};
+  auto bytes = encodeKeyframe(keyframe);
+  EXPECT_TRUE(bytes) << bytes.error().text;
+  return *bytes;
+}
+
+class KeyframeIngestTest : public testing::Test {
+ protected:
+  KeyframeIngestTest()
+      : path_((std::filesystem::temp_directory_path() / ("ingest-" + std::to_string(getpid()) + ".comap")).string()) {
+    std::filesystem::remove(path_);
+    auto store = MapStore::open(path_, MapStore::Mode::kCreateOrOpen);
+    EXPECT_TRUE(store) << store.error().text;
+    store_.emplace(std::move(*store));
+    ingest_.emplace(*store_);
+  }
+  ~KeyframeIngestTest() override {
+    store_.reset();
+    std::filesystem::remove(path_);
+  }
+
+  std::vector<std::string> takeAll() {
+    std::vector<std::string> taken;
+    while (ingest_->hasNext()) taken.push_back(toString(ingest_->takeNext()));
+    return taken;
+  }
+
+  std::string path_;
+  std::optional<MapStore> store_;
+  std::optional<KeyframeIngest> ingest_;
+};
+
+TEST_F(KeyframeIngestTest, StoredBeforeItReturns) {
+  ASSERT_TRUE(ingest_->ingest(encoded("a", 1, 0)));
+  EXPECT_EQ(store_->keyframes()->size(), 1u);
+}
+
+TEST_F(KeyframeIngestTest, DuplicatesAreHarmless) {
+  EXPECT_TRUE(ingest_->ingest(encoded("a", 1, 0))->is_new);
+  EXPECT_FALSE(ingest_->ingest(encoded("a", 1, 0))->is_new);
+  EXPECT_EQ(takeAll(), std::vector<std::string>{"a/1/0"});
+  EXPECT_EQ(store_->keyframes()->size(), 1u);
+}
+
+TEST_F(KeyframeIngestTest, OfOneSessionStrictlyInSequence) {
+  ASSERT_TRUE(ingest_->ingest(encoded("a", 1, 2)));
+  ASSERT_TRUE(ingest_->ingest(encoded("a", 1, 1)));
+  EXPECT_FALSE(ingest_->hasNext());
+  EXPECT_EQ(ingest_->waiting(), 2u);
+  ASSERT_TRUE(ingest_->ingest(encoded("b", 1, 0)));
+  ASSERT_TRUE(ingest_->ingest(encoded("a", 1, 0)));
+  EXPECT_EQ(takeAll(), (std::vector<std::string>{"b/1/0", "a/1/0", "a/1/1", "a/1/2"}));
+  EXPECT_EQ(ingest_->waiting(), 0u);
+}
+
+TEST_F(KeyframeIngestTest, DamagedBytesAreRefusedAndNotStored) {
+  std::vector<uint8_t> bytes = encoded("a", 1, 0);
+  bytes.resize(bytes.size() / 2);
+  const auto arrival = ingest_->ingest(bytes);
+  ASSERT_FALSE(arrival);
+  EXPECT_EQ(arrival.error().code, ErrorCode::kBadData);
+  EXPECT_TRUE(store_->keyframes()->empty());
+  EXPECT_FALSE(ingest_->hasNext());
+}
+
+}  // namespace
+}  // namespace comap
