@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
+#include <thread>
 
 #include "mapping_core/service/core_config.h"
 #include "mapping_core/service/core_report.h"
@@ -51,6 +52,23 @@ Result<CoreConfig> configure(const Arguments& arguments) {
   return config;
 }
 
+// Two cores of one site would both take every keyframe and contradict each other's corrections.
+Result<void> checkAlone(DdsLinkOptions options) {
+  constexpr std::chrono::milliseconds kListen(700), kStep(20);
+  options.role = LinkRole::kObserver;
+  auto observer = connectDds(options);
+  if (!observer) return observer.error();
+  for (auto waited = std::chrono::milliseconds(0); waited < kListen; waited += kStep) {
+    if ((*observer)->peers() > 0)
+      return Error{ErrorCode::kUnreachable,
+                   "site '" + options.site + "' on DDS domain " + std::to_string(options.domain) +
+                       " is served by another mapping core already: stop it, or choose another "
+                       "--core-site or --domain"};
+    std::this_thread::sleep_for(kStep);
+  }
+  return {};
+}
+
 Result<void> serve(MappingService& service) {
   while (g_stop == 0) {
     const auto worked = service.step(std::chrono::milliseconds(200));
@@ -69,6 +87,7 @@ int run(const Arguments& arguments) {
     return 0;
   }
   if (arguments.check_config) return 0;
+  if (auto alone = checkAlone(config->link); !alone) return failWith(alone.error());
   gpu::DeviceOptions device_options;
   device_options.choice = config->device;
   auto device = gpu::Device::create(device_options);

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "edge_agent/capture/image_file.h"
 #include "tests/end_to_end/program.h"
@@ -121,10 +122,10 @@ TEST_F(BadInput, OutputFolderThatIsNoRun) {
 TEST_F(BadInput, FolderThatOnlyLooksLikeARunIsNotEmptied) {
   fs::create_directories(folder_.path("run/logs"));
   std::ofstream(folder_.path("run/map.comap")) << "somebody else's";
-  EXPECT_EQ(runProgram("fleet replay --link loopback --overwrite --robot a=" + flat_ + "/a@0:10 --out " +
-                       folder_.path("run"))
-                .exit_code,
-            2);
+  EXPECT_EQ(
+      runProgram("fleet replay --link loopback --overwrite --robot a=" + flat_ + "/a@0:10 --out " + folder_.path("run"))
+          .exit_code,
+      2);
   EXPECT_TRUE(fs::exists(folder_.path("run/map.comap")));
 }
 
@@ -145,6 +146,14 @@ TEST_F(BadInput, UnknownConfigKey) {
   const ProgramRun core = runProgram("mapping_core --check-config --config " + folder_.path("core.yaml"));
   EXPECT_EQ(core.exit_code, 3);
   EXPECT_THAT(core.err, HasSubstr("votes"));
+}
+
+TEST_F(BadInput, ShippedConfigsAreTheDefaults) {
+  for (const auto& [program, file] : {std::pair("edge_agent", "robot.yaml"), std::pair("mapping_core", "core.yaml")}) {
+    std::ifstream shipped(COMAP_SOURCE_DIR "/config/" + std::string(file));
+    const std::string text((std::istreambuf_iterator<char>(shipped)), std::istreambuf_iterator<char>());
+    EXPECT_EQ(text, runProgram(std::string(program) + " --print-config").out) << file;
+  }
 }
 
 TEST_F(BadInput, PrintedConfigIsReadBack) {
@@ -181,6 +190,20 @@ TEST_F(BadInput, AgentWithoutACoreGivesUpInTime) {
       runProgram("edge_agent --robot a --domain 99 --core-site nobody --source tum:" + flat_ + "/a --patience 1");
   EXPECT_EQ(alone.exit_code, 3);
   EXPECT_THAT(alone.err, HasSubstr("nobody"));
+}
+
+TEST_F(BadInput, SecondCoreOfOneSite) {
+  const std::string site = " --domain 98 --core-site twice --store " + folder_.path();
+  const std::string first = "timeout 15 " COMAP_BIN_DIR "/mapping_core" + site + "/first.comap 2>/dev/null &";
+  ASSERT_EQ(std::system(first.c_str()), 0);
+  // The first needs a moment to be there; until then there is nothing to refuse.
+  for (int i = 0; i < 50 && !fs::exists(folder_.path("first.comap")); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  const ProgramRun second = runProgram("mapping_core" + site + "/second.comap");
+  EXPECT_EQ(second.exit_code, 3);
+  EXPECT_THAT(second.err, HasSubstr("twice"));
+  EXPECT_FALSE(fs::exists(folder_.path("second.comap")));
 }
 
 TEST_F(BadInput, StoreThatIsNoStore) {
