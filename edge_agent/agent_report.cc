@@ -1,9 +1,10 @@
 #include "edge_agent/agent_report.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
+
+#include "protocol/types/whole_file.h"
 
 namespace comap {
 namespace {
@@ -84,13 +85,7 @@ Result<void> writeAgentReport(const AgentReport& r, const std::string& path) {
                {"duration_s", r.duration_s}};
   json["trajectory"] = Json::array();
   for (const FrameRecord& frame : r.trajectory) json["trajectory"].push_back(toJson(frame));
-  const std::string temporary = path + ".part";
-  std::ofstream file(temporary);
-  file << json.dump() << '\n';
-  file.close();
-  if (!file || std::rename(temporary.c_str(), path.c_str()) != 0)
-    return Error{ErrorCode::kUnreachable, path + ": cannot be written"};
-  return {};
+  return writeWholeFile(path, json.dump() + "\n");
 }
 
 Result<AgentReport> readAgentReport(const std::string& path) {

@@ -53,7 +53,8 @@ Result<ReplayOutcome> replayDds(const ReplayOptions& options, const ReplayProgre
   std::error_code ignored;
   std::filesystem::create_directories(options.out + "/logs", ignored);
   const int domain = options.domain >= 0 ? options.domain : 100 + static_cast<int>(getpid() % 120);
-  const std::vector<std::string> site = {"--domain", std::to_string(domain), "--core-site", "replay"};
+  const std::vector<std::string> site = {"--domain", std::to_string(domain), "--core-site",
+                                         "replay-" + std::to_string(getpid())};
 
   const std::string folder = programFolder();
   std::vector<std::string> arguments = site;

@@ -14,6 +14,7 @@
 #include "mapping_core/service/core_config.h"
 #include "mapping_core/store/map_store.h"
 #include "mapping_core/tiles/tile_builder.h"
+#include "protocol/types/whole_file.h"
 
 namespace comap {
 namespace {
@@ -161,16 +162,6 @@ Result<void> writeMapPly(const std::string& path, std::span<const Surfel> surfel
   return writePly(path, points);
 }
 
-Result<void> writeText(const std::string& path, const std::string& text) {
-  const std::string temporary = path + ".part";
-  std::ofstream file(temporary);
-  file << text;
-  file.close();
-  if (!file || std::rename(temporary.c_str(), path.c_str()) != 0)
-    return Error{ErrorCode::kUnreachable, path + ": cannot be written"};
-  return {};
-}
-
 struct Picture {
   const char* name;
   const char* title;
@@ -245,7 +236,8 @@ Result<Json> writeRunOutputs(const ReplayOptions& options, const ReplayOutcome& 
   }
   if (auto written = writeMapPly(options.out + "/map.ply", surfels); !written) return written.error();
   const Json report = reportJson(outcome, *content, hashes);
-  if (auto written = writeText(options.out + "/report.json", report.dump(2) + "\n"); !written) return written.error();
+  if (auto written = writeWholeFile(options.out + "/report.json", report.dump(2) + "\n"); !written)
+    return written.error();
 
   std::vector<Pose> T_map_cams;
   for (const auto& [id, keyframe] : content->keyframes)
@@ -257,7 +249,7 @@ Result<Json> writeRunOutputs(const ReplayOptions& options, const ReplayOutcome& 
     pictures = std::move(*painted);
   }
   const std::string page = renderReportPage(report, pictures, plotted);
-  if (auto written = writeText(options.out + "/report.html", page); !written) return written.error();
+  if (auto written = writeWholeFile(options.out + "/report.html", page); !written) return written.error();
   return report;
 }
 

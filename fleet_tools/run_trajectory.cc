@@ -1,8 +1,9 @@
 #include "fleet_tools/run_trajectory.h"
 
-#include <cinttypes>
-#include <cstdio>
-#include <fstream>
+#include <spdlog/fmt/fmt.h>
+
+#include "edge_agent/capture/stamp.h"
+#include "protocol/types/whole_file.h"
 
 namespace comap {
 
@@ -36,19 +37,14 @@ std::vector<StampedPose> composeTrajectory(const AgentReport& report, const MapI
 }
 
 Result<void> writeTrajectory(const std::string& path, const std::vector<StampedPose>& poses) {
-  const std::string temporary = path + ".part";
-  std::FILE* file = std::fopen(temporary.c_str(), "w");
-  if (file == nullptr) return Error{ErrorCode::kUnreachable, path + ": cannot be written"};
+  std::string text;
   for (const StampedPose& pose : poses) {
     const auto& t = pose.T_map_cam.translation();
     const auto& q = pose.T_map_cam.rotation();
-    std::fprintf(file, "%" PRId64 ".%09" PRId64 " %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n", pose.stamp_ns / 1'000'000'000,
-                 pose.stamp_ns % 1'000'000'000, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+    text += fmt::format("{} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", formatStamp(pose.stamp_ns), t.x(),
+                        t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
   }
-  const bool written = std::ferror(file) == 0;
-  if ((std::fclose(file) != 0) || !written || std::rename(temporary.c_str(), path.c_str()) != 0)
-    return Error{ErrorCode::kUnreachable, path + ": cannot be written"};
-  return {};
+  return writeWholeFile(path, text);
 }
 
 }  // namespace comap

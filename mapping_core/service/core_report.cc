@@ -3,9 +3,10 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
+
+#include "protocol/types/whole_file.h"
 
 namespace comap {
 namespace {
@@ -45,13 +46,7 @@ Result<void> writeCoreReport(const CoreReport& report, const std::string& path) 
                                {"device", report.device},
                                {"peak_rss_mb", report.peak_rss_mb},
                                {"tile_bytes", report.tile_bytes}};
-  const std::string temporary = path + ".part";
-  std::ofstream file(temporary);
-  file << json.dump(2) << '\n';
-  file.close();
-  if (!file || std::rename(temporary.c_str(), path.c_str()) != 0)
-    return Error{ErrorCode::kUnreachable, path + ": cannot be written"};
-  return {};
+  return writeWholeFile(path, json.dump(2) + "\n");
 }
 
 Result<CoreReport> readCoreReport(const std::string& path) {

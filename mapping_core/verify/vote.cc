@@ -26,9 +26,10 @@ std::optional<std::vector<Closure>> VoteBox::cast(const Closure& closure, const 
   for (const Closure& other : pending_) {
     const auto same = oriented(other, closure, together);
     if (!same) continue;
-    // A pair seen from its other end, or a keyframe asked twice, is no second opinion.
-    const bool independent =
-        std::none_of(agreeing.begin(), agreeing.end(), [&](const Closure& one) { return one.query == same->query; });
+    // Two closures that share a keyframe rest on the same picture: that is no second opinion.
+    const bool independent = std::none_of(agreeing.begin(), agreeing.end(), [&](const Closure& one) {
+      return one.query == same->query || one.candidate == same->candidate;
+    });
     if (!independent) continue;
     const Pose T_a_b_other = queryInCandidateMap(*same, T_map_cam) * T_map_cam.at(same->query).inverse();
     const Pose difference = T_a_query.inverse() * T_a_b_other * T_b_query;

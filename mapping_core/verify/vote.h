@@ -12,7 +12,7 @@
 namespace comap {
 
 struct VoteOptions {
-  size_t needed = 2;          ///< closures from different query keyframes
+  size_t needed = 2;          ///< closures that share no keyframe
   double agree_m = 0.10;      ///< measured where the query stands, not at the far origin
   double agree_rad = 0.0873;  ///< 5 degrees
 };

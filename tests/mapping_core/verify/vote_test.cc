@@ -71,6 +71,12 @@ TEST_F(VoteBoxTest, oneQueryHasOneVote) {
   EXPECT_TRUE(cast(closure(b(1), a(1))));
 }
 
+TEST_F(VoteBoxTest, closuresThatShareAKeyframeAreOneVote) {
+  EXPECT_FALSE(cast(closure(b(0), a(0))));
+  EXPECT_FALSE(cast(closure(b(1), a(0)))) << "both rest on a0";
+  EXPECT_FALSE(cast(closure(a(0), b(2)))) << "and so does this, asked the other way";
+}
+
 TEST_F(VoteBoxTest, disagreeingOnesWaitApart) {
   EXPECT_FALSE(cast(closure(b(0), a(0), shifted(0.5))));
   EXPECT_FALSE(cast(closure(b(3), a(2), turned(20))));
