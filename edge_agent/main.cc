@@ -12,6 +12,7 @@
 #include "edge_agent/agent_report.h"
 #include "edge_agent/capture/source_uri.h"
 #include "protocol/link/dds_link.h"
+#include "protocol/types/whole_file.h"
 
 namespace comap {
 namespace {
@@ -157,6 +158,7 @@ int run(const Arguments& arguments) {
   if (arguments.check_config) return 0;
   if (config->source.empty())
     return failWith({ErrorCode::kWrongUse, "no source: give --source or 'source' in the configuration"});
+  if (auto writable = checkFolderOf(arguments.report); !writable) return failWith(writable.error());
   auto source = openSource(config->source);
   if (!source) return failWith(source.error());
   auto link = connectDds(config->link);

@@ -119,6 +119,8 @@ Result<RunEvaluation> evaluateRun(const std::string& run, const RunTruth& truth,
     evaluation.robots[name] = {std::move(*own), mapOf(robots[name]), std::nullopt};
   }
   evaluation.joint_reason = apart(evaluation.robots);
+  for (const auto& [name, entry] : robots.items())
+    if (!evaluation.robots.contains(name)) evaluation.joint_reason = "no truth given for robot " + name;
   if (evaluation.joint_reason.empty()) {
     std::vector<std::vector<PosePair>> pairs;
     for (const auto& [name, robot] : evaluation.robots) pairs.push_back(robot.own.pairs);
@@ -142,6 +144,11 @@ Result<json> updateReport(const std::string& run, const RunEvaluation& evaluatio
   auto read = readReport(run);
   if (!read) return read.error();
   json report = std::move(*read);
+  for (auto& [name, entry] : report["robots"].items()) {
+    // Numbers of an earlier evaluation must not stand beside those of this one.
+    entry["ate_rmse_m"] = nullptr;
+    entry["joint_ate_rmse_m"] = nullptr;
+  }
   for (const auto& [name, robot] : evaluation.robots) {
     auto& entry = report["robots"][name];
     entry.update(toJson(robot.own));

@@ -56,6 +56,8 @@ class StagedFiles {
   Result<void> commit() {
     for (const auto& [staged, final] : files_) {
       std::error_code code;
+      if (fs::exists(final, code) && !fs::is_regular_file(final, code))
+        return Error{ErrorCode::kWrongUse, final.string() + ": is no regular file"};
       fs::rename(staged, final, code);
       if (code) return cannot("write", final, code);
     }

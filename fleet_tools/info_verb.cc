@@ -27,6 +27,7 @@ struct MapInfo {
 
 struct StoreInfo {
   std::string path, version;
+  bool complete = false;  ///< the core that wrote it has ended in order: poses and tiles are final
   uintmax_t bytes_on_disk = 0;
   size_t keyframes = 0, keyframes_without_pose = 0, merges = 0;
   std::vector<RobotInfo> robots;  // in order of arrival
@@ -87,6 +88,9 @@ Result<StoreInfo> gather(const std::string& path) {
   const auto version = store->meta("version");
   if (!version) return version.error();
   info.version = *version;
+  const auto complete = store->meta("complete");
+  if (!complete) return complete.error();
+  info.complete = *complete == "yes";
   if (const auto added = addKeyframes(*store, info); !added) return added.error();
   const auto sizes = store->mapSizes();
   if (!sizes) return sizes.error();
@@ -127,6 +131,7 @@ nlohmann::json jsonOf(const StoreInfo& info) {
   return {{"store", info.path},
           {"bytes_on_disk", info.bytes_on_disk},
           {"schema_version", kStoreVersion},
+          {"complete", info.complete},
           {"version", info.version.empty() ? nlohmann::json() : nlohmann::json(info.version)},
           {"keyframes", info.keyframes},
           {"keyframes_without_pose", info.keyframes_without_pose},
@@ -149,6 +154,8 @@ void print(const StoreInfo& info) {
               info.version.empty() ? "" : (", written by CoMap " + printable(info.version)).c_str());
   std::printf("%zu keyframes (%zu without a pose yet), %zu merges\n", info.keyframes, info.keyframes_without_pose,
               info.merges);
+  if (!info.complete)
+    std::printf("INCOMPLETE: the core is still writing or was cut off; poses and tiles are not the final ones\n");
   std::printf("edges: %zu odometry, %zu loop, %zu inter-robot\n\n", info.edges[0], info.edges[1], info.edges[2]);
 
   TextTable maps({"MAP", "ROBOTS", "KEYFRAMES", "TILES", "SURFELS"});

@@ -18,10 +18,12 @@ std::string reportPath(const std::string& run, const std::string& who) { return 
 std::string logPath(const std::string& run, const std::string& who) { return run + "/logs/" + who + ".log"; }
 
 Error failed(const std::string& who, int code, const ChildProcess& process) {
+  const std::string how = code > 128 ? " was killed by signal " + std::to_string(code - 128)
+                                     : " ended with exit code " + std::to_string(code);
   return {code == 2   ? ErrorCode::kWrongUse
           : code == 1 ? ErrorCode::kProblem
                       : ErrorCode::kUnreachable,
-          who + " ended with exit code " + std::to_string(code) + ": " + process.lastWords()};
+          who + how + "; its last words: " + process.lastWords()};
 }
 
 // Until every robot has ended, the core must live.

@@ -6,10 +6,12 @@
 #include <memory>
 #include <set>
 
+#include "edge_agent/capture/source_uri.h"
 #include "fleet_tools/fail.h"
 #include "fleet_tools/replay.h"
 #include "fleet_tools/run_outputs.h"
 #include "fleet_tools/verb.h"
+#include "mapping_core/store/store_lock.h"
 
 namespace comap {
 namespace {
@@ -47,7 +49,10 @@ Result<void> prepareFolder(const std::string& out, bool overwrite) {
   if (fs::exists(out, error) && !fs::is_empty(out, error)) {
     if (!fs::exists(out + kRunMark, error))
       return Error{ErrorCode::kWrongUse, "--out " + out + ": folder is not empty and holds no earlier run"};
-    if (!overwrite)
+    const bool has_store = fs::exists(storePathOf(out), error);
+    if (has_store)
+      if (auto free = StoreLock::take(storePathOf(out)); !free) return free.error();
+    if (has_store && !overwrite)
       return Error{ErrorCode::kWrongUse,
                    "--out " + out + ": holds a run already; choose another folder or --overwrite"};
     fs::remove_all(out, error);
@@ -60,11 +65,17 @@ Result<void> prepareFolder(const std::string& out, bool overwrite) {
   return {};
 }
 
+std::string damagedText(const nlohmann::json& robot) {
+  const int damaged = robot.at("damaged_frames").get<int>();
+  return damaged == 0 ? "" : " (" + std::to_string(damaged) + " damaged ones passed over)";
+}
+
 void printSummary(const nlohmann::json& report, const std::string& out) {
   for (const auto& [name, robot] : report.at("robots").items())
     std::printf(
-        "robot %-8s %4d frames, %3d keyframes (%d lost), %.0f kB/s up, odometry %.1f ms (p95 %.1f), map %s, %d tiles\n",
-        name.c_str(), robot.at("frames").get<int>(), robot.at("keyframes").get<int>(),
+        "robot %-8s %4d frames%s, %3d keyframes (%d lost), %.0f kB/s up, odometry %.1f ms (p95 %.1f), map %s, %d "
+        "tiles\n",
+        name.c_str(), robot.at("frames").get<int>(), damagedText(robot).c_str(), robot.at("keyframes").get<int>(),
         robot.at("keyframes_lost").get<int>(), robot.at("uplink_bytes_per_s").get<double>() / 1000,
         robot.at("odometry_ms").at("median").get<double>(), robot.at("odometry_ms").at("p95").get<double>(),
         robot.at("map").get<std::string>().c_str(), robot.at("tiles_held").get<int>());
@@ -102,6 +113,10 @@ int run(ReplayArguments& arguments) {
   auto robots = parseRobots(arguments.robots);
   if (!robots) return failWith(robots.error());
   arguments.options.robots = std::move(*robots);
+  // Before a folder is made: a wrong source is the most common mistake.
+  for (const ReplayRobot& robot : arguments.options.robots)
+    if (auto source = openSource(robot.source); !source)
+      return failWith({source.error().code, "robot " + robot.name + ": " + source.error().text});
   if (auto prepared = prepareFolder(arguments.options.out, arguments.overwrite); !prepared)
     return failWith(prepared.error());
 

@@ -4,11 +4,15 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
+#include <optional>
 #include <thread>
 
 #include "mapping_core/service/core_config.h"
 #include "mapping_core/service/core_report.h"
+#include "mapping_core/store/store_lock.h"
 #include "protocol/link/dds_link.h"
+#include "protocol/types/whole_file.h"
 
 namespace comap {
 namespace {
@@ -87,13 +91,18 @@ int run(const Arguments& arguments) {
     return 0;
   }
   if (arguments.check_config) return 0;
+  if (auto writable = checkFolderOf(arguments.report); !writable) return failWith(writable.error());
   if (auto alone = checkAlone(config->link); !alone) return failWith(alone.error());
   gpu::DeviceOptions device_options;
   device_options.choice = config->device;
   auto device = gpu::Device::create(device_options);
   if (!device) return failWith(device.error());
+  std::optional<StoreLock> lock;  // outlives the store
   auto store = MapStore::open(config->store, MapStore::Mode::kCreateOrOpen);
   if (!store) return failWith(store.error());
+  auto taken = StoreLock::take(config->store);
+  if (!taken) return failWith(taken.error());
+  lock.emplace(std::move(*taken));
   const auto held = store->keyframes();
   if (!held) return failWith(held.error());
   if (!held->empty())

@@ -233,7 +233,9 @@ Result<void> MappingService::finish(const std::function<void(size_t, size_t)>& p
     if (!surfels) return surfels.error();
     for (Tile& tile : buildTiles(mapIdOf(anchor), *surfels, options)) all.push_back(std::move(tile));
   }
-  return store_.setTiles(all);
+  if (auto stored = store_.setTiles(all); !stored) return stored;
+  if (auto stored = store_.setMeta("version", COMAP_VERSION); !stored) return stored;
+  return store_.setMeta("complete", "yes");
 }
 
 void MappingService::refuse(const Delivery& delivery, const std::string& why) {

@@ -1,12 +1,27 @@
 #include "protocol/types/whole_file.h"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 
 namespace comap {
 
+Result<void> checkFolderOf(const std::string& path) {
+  if (path.empty()) return {};
+  const size_t slash = path.rfind('/');
+  const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
+  if (access(folder.c_str(), W_OK) != 0)
+    return Error{ErrorCode::kUnreachable, path + ": cannot be written: " + std::strerror(errno)};
+  return {};
+}
+
 Result<void> writeWholeFile(const std::string& path, std::string_view content) {
+  struct stat there {};
+  if (stat(path.c_str(), &there) == 0 && !S_ISREG(there.st_mode))
+    return Error{ErrorCode::kUnreachable, path + ": is no regular file"};
   const std::string temporary = path + ".part";
   std::FILE* file = std::fopen(temporary.c_str(), "wb");
   if (file == nullptr) return Error{ErrorCode::kUnreachable, path + ": cannot be written: " + std::strerror(errno)};

@@ -51,6 +51,19 @@ TEST_F(BadInput, MissingFolder) {
   expectNoRun();
 }
 
+TEST_F(BadInput, AFailedStartDoesNotStandInTheWayOfTheNext) {
+  EXPECT_EQ(replay("--device 99 --robot a=" + flat_ + "/a@0:5").exit_code, 3);
+  EXPECT_EQ(replay("--robot a=" + flat_ + "/a@0:5").exit_code, 0);
+}
+
+TEST_F(BadInput, TruthForSomeRobotsGivesNoJointError) {
+  ASSERT_EQ(replay("--robot a=" + flat_ + "/a@0:30 --robot b=" + flat_ + "/b@0:30").exit_code, 0);
+  const ProgramRun run =
+      runProgram("fleet evaluate " + folder_.path("run") + " --truth a=" + flat_ + "/a/groundtruth.txt");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("no truth given for robot b"));
+}
+
 TEST_F(BadInput, RobotWithoutFolderOrWithABadName) {
   EXPECT_EQ(replay("--robot a").exit_code, 2);
   const ProgramRun run = replay("--robot 'A b=" + flat_ + "/a'");
@@ -204,6 +217,18 @@ TEST_F(BadInput, SecondCoreOfOneSite) {
   EXPECT_EQ(second.exit_code, 3);
   EXPECT_THAT(second.err, HasSubstr("twice"));
   EXPECT_FALSE(fs::exists(folder_.path("second.comap")));
+}
+
+TEST_F(BadInput, TwoCoresOnOneStore) {
+  const std::string store = " --store " + folder_.path("one.comap");
+  ASSERT_EQ(std::system(("timeout 15 " COMAP_BIN_DIR "/mapping_core --domain 96" + store + " 2>/dev/null &").c_str()),
+            0);
+  for (int i = 0; i < 50 && !fs::exists(folder_.path("one.comap")); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  const ProgramRun second = runProgram("mapping_core --domain 97" + store);
+  EXPECT_EQ(second.exit_code, 3);
+  EXPECT_THAT(second.err, HasSubstr("one.comap"));
 }
 
 TEST_F(BadInput, StoreThatIsNoStore) {

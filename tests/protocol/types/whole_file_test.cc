@@ -32,6 +32,17 @@ TEST(WholeFile, SaysWhatItCouldNotWrite) {
   EXPECT_NE(written.error().text.find("/nonexistent/folder/note"), std::string::npos);
 }
 
+TEST(WholeFile, LeavesDevicesAlone) {
+  EXPECT_FALSE(writeWholeFile("/dev/null", "x"));
+  EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
+}
+
+TEST(WholeFile, ChecksTheFolderBeforehand) {
+  EXPECT_TRUE(checkFolderOf(""));
+  EXPECT_TRUE(checkFolderOf("/tmp/x"));
+  EXPECT_FALSE(checkFolderOf("/nonexistent/folder/x"));
+}
+
 TEST(WholeFile, AFullDiskLeavesNothing) {
   if (access("/dev/full", W_OK) != 0) GTEST_SKIP() << "no /dev/full on this system";
   const std::string path = (std::filesystem::temp_directory_path() / std::to_string(getpid())).string();

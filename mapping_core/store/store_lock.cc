@@ -1,0 +1,32 @@
+#include "mapping_core/store/store_lock.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace comap {
+
+Result<StoreLock> StoreLock::take(const std::string& path) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return Error{ErrorCode::kUnreachable, path + ": " + std::strerror(errno)};
+  if (flock(file, LOCK_EX | LOCK_NB) != 0) {
+    close(file);
+    return Error{ErrorCode::kUnreachable, path + ": a running mapping core or replay is writing it"};
+  }
+  return StoreLock(file);
+}
+
+StoreLock& StoreLock::operator=(StoreLock&& other) noexcept {
+  std::swap(file_, other.file_);
+  return *this;
+}
+
+StoreLock::~StoreLock() {
+  if (file_ >= 0) close(file_);
+}
+
+}  // namespace comap
