@@ -58,7 +58,7 @@ Result<CoreConfig> configure(const Arguments& arguments) {
 
 // Two cores of one site would both take every keyframe and contradict each other's corrections.
 Result<void> checkAlone(DdsLinkOptions options) {
-  constexpr std::chrono::milliseconds kListen(700), kStep(20);
+  constexpr std::chrono::milliseconds kListen(1500), kStep(20);
   options.role = LinkRole::kObserver;
   auto observer = connectDds(options);
   if (!observer) return observer.error();

@@ -207,13 +207,13 @@ TEST_F(BadInput, AgentWithoutACoreGivesUpInTime) {
 
 TEST_F(BadInput, SecondCoreOfOneSite) {
   const std::string site = " --domain 98 --core-site twice --store " + folder_.path();
-  const std::string first = "timeout 15 " COMAP_BIN_DIR "/mapping_core" + site + "/first.comap 2>/dev/null &";
+  const std::string first = "timeout 20 " COMAP_BIN_DIR "/mapping_core" + site + "/first.comap >/dev/null 2>&1 &";
   ASSERT_EQ(std::system(first.c_str()), 0);
   // The first needs a moment to be there; until then there is nothing to refuse.
   for (int i = 0; i < 50 && !fs::exists(folder_.path("first.comap")); ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  std::this_thread::sleep_for(std::chrono::seconds(1));
-  const ProgramRun second = runProgram("mapping_core" + site + "/second.comap");
+  std::this_thread::sleep_for(std::chrono::seconds(2));
+  const ProgramRun second = runProgram("mapping_core" + site + "/second.comap", "timeout 10");
   EXPECT_EQ(second.exit_code, 3);
   EXPECT_THAT(second.err, HasSubstr("twice"));
   EXPECT_FALSE(fs::exists(folder_.path("second.comap")));
@@ -221,12 +221,12 @@ TEST_F(BadInput, SecondCoreOfOneSite) {
 
 TEST_F(BadInput, TwoCoresOnOneStore) {
   const std::string store = " --store " + folder_.path("one.comap");
-  ASSERT_EQ(std::system(("timeout 15 " COMAP_BIN_DIR "/mapping_core --domain 96" + store + " 2>/dev/null &").c_str()),
+  ASSERT_EQ(std::system(("timeout 20 " COMAP_BIN_DIR "/mapping_core --domain 96" + store + " >/dev/null 2>&1 &").c_str()),
             0);
   for (int i = 0; i < 50 && !fs::exists(folder_.path("one.comap")); ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  std::this_thread::sleep_for(std::chrono::seconds(1));
-  const ProgramRun second = runProgram("mapping_core --domain 97" + store);
+  std::this_thread::sleep_for(std::chrono::seconds(2));
+  const ProgramRun second = runProgram("mapping_core --domain 97" + store, "timeout 10");
   EXPECT_EQ(second.exit_code, 3);
   EXPECT_THAT(second.err, HasSubstr("one.comap"));
 }
