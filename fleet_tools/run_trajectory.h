@@ -15,8 +15,8 @@ struct StampedPose {
   Pose T_map_cam;
 };
 
-/// Poses of a robot's frames in `map`. The correction of the graph is interpolated between a keyframe and the next
-/// (A 9.10); frames whose keyframe is in another map are left out.
+/// Poses of a robot's frames in `map`. The correction of the graph is interpolated between a keyframe and the next;
+/// frames whose keyframe is in another map are left out.
 std::vector<StampedPose> composeTrajectory(const AgentReport& report, const MapId& map,
                                            const std::map<KeyframeId, StoredKeyframe>& keyframes,
                                            const std::map<KeyframeId, Edge>& odometry_from);

@@ -1,4 +1,4 @@
-// When a frame becomes a keyframe (A 9.8).
+// When a frame becomes a keyframe.
 #pragma once
 
 #include <string_view>

@@ -19,7 +19,7 @@ struct OdometryOptions {
   double poor_inlier_ratio = 0.5;
   double poor_rms_sigma = 1.5;
   double poor_degeneracy = 1e-4;
-  double poor_photometric = 20;            ///< grey levels: geometry may fit where the picture does not (A 3.8 v)
+  double poor_photometric = 20;            ///< grey levels: geometry may fit where the picture does not
   double jump_m = 0.15, jump_rad = 0.175;  ///< against constant velocity; more is not believed
   int lost_after = 10;                     ///< consecutive poor frames
 };

@@ -1,5 +1,6 @@
-// The ferns all robots share: where to look and which thresholds to apply (A 7.1). Drawn from one seed; its hash
-// travels with every code, because codes of different books are never comparable and nothing else would tell.
+// The ferns all robots share: where to look and which thresholds to apply (randomised ferns; Glocker et al. 2015, used
+// across maps by Gallagher & McDonald, "Collaborative Dense SLAM"). Drawn from one seed; its hash travels with every
+// code, because codes of different books are never comparable and nothing else would tell.
 #pragma once
 
 #include <cstdint>

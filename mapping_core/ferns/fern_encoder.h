@@ -1,4 +1,4 @@
-// A frame's fern code (A 7.1).
+// A frame's fern code.
 #pragma once
 
 #include "mapping_core/ferns/fern_book.h"

@@ -1,4 +1,4 @@
-// Which keyframes look like this one: inverted lists over fern codes (A 7.2).
+// Which keyframes look like this one: inverted lists over fern codes.
 #pragma once
 
 #include <cstdint>

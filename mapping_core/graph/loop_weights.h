@@ -1,4 +1,4 @@
-// Graduated non-convexity with truncated least squares (A 9.9): weights of loop edges between "a quadratic cost" and
+// Graduated non-convexity with truncated least squares: weights of loop edges between "a quadratic cost" and
 // "a cost that stops growing at the gate", sharpened step by step.
 #pragma once
 

@@ -1,4 +1,4 @@
-// How two maps lie to each other when several closures say so (A 9.9: robust averaging before the joint solve).
+// How two maps lie to each other when several closures say so, before the joint solve.
 #pragma once
 
 #include <map>

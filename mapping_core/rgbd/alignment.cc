@@ -192,7 +192,7 @@ Matrix6d depthScaled(const Matrix6d& a, double depth_m) {
   return scale.asDiagonal() * a * scale.asDiagonal();
 }
 
-// Step that leaves directions alone which the data do not constrain (A 3.8 iii).
+// Step that leaves directions alone which the data do not constrain.
 Vector6d solveConstrained(const LevelSums& sums, double depth_m, double weak_ratio) {
   const Matrix6d scaled = depthScaled(sums.a, depth_m);
   Vector6d scale;

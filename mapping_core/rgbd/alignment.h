@@ -1,5 +1,5 @@
 // Direct RGB-D alignment of a frame to a reference view: noise-scaled point-to-plane plus photometric residuals with
-// robust weights, coarse to fine (A 3.3-3.8, the recommended form).
+// robust weights, coarse to fine.
 #pragma once
 
 #include <string>
@@ -15,13 +15,13 @@ namespace comap {
 struct AlignmentOptions {
   /// Iterations at the coarsest level of the reference, the next finer one, and so on; the last entry serves the rest.
   std::vector<int> iterations = {8, 6, 6};
-  float distance_gate_m = 0.10f;     ///< association gate at the finest level
-  float coarse_gate_m = 0.20f;       ///< and at the coarsest
+  float distance_gate_m = 0.10f;  ///< association gate at the finest level
+  float coarse_gate_m = 0.20f;    ///< and at the coarsest
   /// Added to sigma at the coarsest level, nothing at the finest: lets the robust weights pull from afar when the guess
   /// is poor. Residual statistics of the finest level are not touched.
   float coarse_extra_sigma_m = 0;
-  float photometric_weight = 0.3f;   ///< lambda of A 3.5: grey residuals are correlated, depth ones less so
-  float information_deflation = 50;  ///< kappa of A 3.9: neighbouring pixels are not independent
+  float photometric_weight = 0.3f;   ///< grey residuals are correlated, depth ones less so
+  float information_deflation = 50;  ///< neighbouring pixels are not independent
   double stop_m = 2e-5, stop_rad = 2e-5;
   double weak_ratio = 1e-4;  ///< directions with less than this share of the strongest keep the guess
   DepthNoiseModel noise;

@@ -1,4 +1,4 @@
-// Grey and depth images of one frame, halved level by level (A 2.5, 2.7).
+// Grey and depth images of one frame, halved level by level.
 #pragma once
 
 #include <vector>

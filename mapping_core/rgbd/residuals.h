@@ -1,4 +1,4 @@
-// The two residuals of RGB-D alignment and their exact Jacobians (A 3.4) for the left increment
+// The two residuals of RGB-D alignment and their exact Jacobians for the left increment
 // T_ref_cur <- exp(xi) T_ref_cur, xi = (rho, phi). Written once, used by the solver and checked against numeric ones.
 #pragma once
 

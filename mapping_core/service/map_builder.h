@@ -29,7 +29,7 @@ struct MapBuilderOptions {
   double max_dissimilarity = 0.45;  ///< of a fern candidate
   uint32_t loop_gap = 20;           ///< keyframes of one robot nearer in sequence are neighbours, not loops
   size_t cached_views = 128;
-  double move_m = 0.002;  ///< pose changes below leave the surfels alone (A 9.10)
+  double move_m = 0.002;  ///< pose changes below leave the surfels alone
 };
 
 /// What one keyframe caused.
@@ -40,7 +40,8 @@ struct MapChange {
   bool poses_changed = false;  ///< of keyframes that were there before
 };
 
-/// Thread rule: one thread. Everything it learns is in the store before a call returns.
+/// Thread rule: one thread. Keyframes, edges, verdicts and merges are in the store before a call returns; poses that
+/// the graph moved by less than `move_m` only after storePoses().
 class MapBuilder {
  public:
   MapBuilder(gpu::Device& device, MapStore& store, const MapBuilderOptions& options);

@@ -66,9 +66,10 @@ class SurfelMap {
   SurfelMap& operator=(SurfelMap&&) noexcept;
   ~SurfelMap();
 
-  /// Fuses one keyframe: bilateral filter, vertex and normal maps, index map, associate, update, insert, clean up,
-  /// stable compaction (A measurement updates at most one surfel, a surfel takes at most one measurement.)
-  /// `owner` = index of the keyframe, `robot_bit` = 1 << robot index. `colour` and `depth` are of the camera's size.
+  /// Fuses one keyframe: bilateral filter, measurements with normals, associate (each surfel with the pixel it falls
+  /// on), update, insert, clean up, stable compaction (A measurement updates at most one surfel, a surfel takes at most
+  /// one measurement.) `owner` = index of the keyframe, `robot_bit` = 1 << robot index. `colour` and `depth` are of the
+  /// camera's size.
   Result<FusionReport> fuse(const CameraModel& camera, const ColourImage& colour, const DepthImage& depth,
                             const Pose& T_map_cam, uint32_t owner, uint32_t robot_bit);
 

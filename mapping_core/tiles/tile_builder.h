@@ -1,4 +1,4 @@
-// Surfels to tiles and back: which cube a surfel belongs to, and how it is quantised (A 9.11).
+// Surfels to tiles and back: which cube a surfel belongs to, and how it is quantised.
 #pragma once
 
 #include <map>

@@ -1,5 +1,5 @@
 // Is this the same place? Coarse alignment from several seeds, then full alignment to the view predicted from the
-// candidate's map, both ways, and gates that do not depend on the number of pixels (A 9.2, 9.3).
+// candidate's map, both ways, and gates that do not depend on the number of pixels.
 #pragma once
 
 #include "mapping_core/rgbd/alignment.h"

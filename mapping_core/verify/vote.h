@@ -1,4 +1,4 @@
-// Several independent closures must agree before two maps become one (A 9.3): one match can be wrong, two that say
+// Several independent closures must agree before two maps become one: one match can be wrong, two that say
 // the same from different places hardly ever.
 #pragma once
 
