@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace comap {
 namespace {
@@ -11,6 +12,7 @@ namespace {
 using Vector5d = Eigen::Matrix<double, 5, 1>;
 using Matrix5d = Eigen::Matrix<double, 5, 5>;
 
+constexpr int kLanes = 8;
 constexpr int kBorder = 1;
 constexpr int kShortestSide_px = 8;
 constexpr float kHuber = 1.345f;
@@ -71,59 +73,106 @@ double meanDeviation(const Image<float>& image) {
   return sum / static_cast<double>(image.size());
 }
 
+// Eight pixels side by side, in arrays that the compiler turns into vector registers.
+struct Lanes {
+  float mx[kLanes], my[kLanes], s[kLanes], t[kLanes], i00[kLanes], i10[kLanes], i01[kLanes], i11[kLanes];
+  float grey[kLanes], dx[kLanes], dy[kLanes], seen[kLanes];
+};
+
+// Where the previous picture's pixels from (x, y) on end in the current one, and what is seen there.
+void sample(const Pair& pair, const Eigen::Matrix3f& r, int x, int y, Lanes& lanes) {
+  const int width = pair.previous.width();
+  const float fx = static_cast<float>(pair.camera.fx), fy = static_cast<float>(pair.camera.fy);
+  const float cx = static_cast<float>(pair.camera.cx), cy = static_cast<float>(pair.camera.cy);
+  const float u_max = static_cast<float>(width) - 2.001f;
+  const float v_max = static_cast<float>(pair.previous.height()) - 2.001f;
+  const float ry = (static_cast<float>(y) - cy) / fy;
+  const Eigen::Vector3f base = r.col(1) * ry + r.col(2);
+  const float first = static_cast<float>(x);
+  float u[kLanes], v[kLanes];
+  for (int l = 0; l < kLanes; ++l) {
+    const float rx = (first + static_cast<float>(l) - cx) / fx;
+    const float qz = std::max(0.1f, r(2, 0) * rx + base.z()), iz = 1 / qz;
+    lanes.mx[l] = (r(0, 0) * rx + base.x()) * iz;
+    lanes.my[l] = (r(1, 0) * rx + base.y()) * iz;
+    u[l] = fx * lanes.mx[l] + cx;
+    v[l] = fy * lanes.my[l] + cy;
+  }
+  const float* previous = pair.previous.row(y);
+  for (int l = 0; l < kLanes; ++l) {
+    const bool seen = x + l < width - kBorder && u[l] >= 1 && v[l] >= 1 && u[l] <= u_max && v[l] <= v_max;
+    const int u0 = seen ? static_cast<int>(u[l]) : 1, v0 = seen ? static_cast<int>(v[l]) : 1;
+    const float* g = pair.current.row(v0) + u0;
+    lanes.i00[l] = g[0];
+    lanes.i10[l] = g[1];
+    lanes.i01[l] = g[width];
+    lanes.i11[l] = g[width + 1];
+    lanes.s[l] = seen ? u[l] - static_cast<float>(u0) : 0;
+    lanes.t[l] = seen ? v[l] - static_cast<float>(v0) : 0;
+    const float* p = previous + std::min(x + l, width - 1 - kBorder);
+    lanes.grey[l] = p[0];
+    lanes.dx[l] = 0.5f * (p[1] - p[-1]);
+    lanes.dy[l] = 0.5f * (p[width] - p[-width]);
+    lanes.seen[l] = seen ? 1.0f : 0.0f;
+  }
+}
+
 // Normal equations at one estimate; residuals beyond Huber's limit of `scale` pull with constant force.
 Sums evaluate(const Pair& pair, const Estimate& estimate, double scale) {
   const int width = pair.previous.width(), height = pair.previous.height();
   const float fx = static_cast<float>(pair.camera.fx), fy = static_cast<float>(pair.camera.fy);
-  const float cx = static_cast<float>(pair.camera.cx), cy = static_cast<float>(pair.camera.cy);
-  const float u_max = static_cast<float>(width) - 2.001f, v_max = static_cast<float>(height) - 2.001f;
   const float gain = static_cast<float>(estimate.gain), bias = static_cast<float>(estimate.bias);
   const float limit = kHuber * static_cast<float>(scale);
   const Eigen::Matrix3f r = estimate.R_current_previous.cast<float>();
   Sums sums;
-  double error = 0;
-  size_t seen = 0;
+  double error = 0, seen = 0;
+  Lanes lanes;
   for (int y = kBorder; y < height - kBorder; ++y) {
-    const float* row = pair.previous.row(y);
-    float a[15] = {}, b[5] = {}, row_error = 0, row_weight = 0;  // of one row: floats stay exact enough
-    for (int x = kBorder; x < width - kBorder; ++x) {
-      const Eigen::Vector3f ray((static_cast<float>(x) - cx) / fx, (static_cast<float>(y) - cy) / fy, 1);
-      const Eigen::Vector3f q = r * ray;
-      if (q.z() < 0.1f) continue;
-      const float iz = 1 / q.z(), u = fx * q.x() * iz + cx, v = fy * q.y() * iz + cy;
-      if (!(u >= 1 && v >= 1 && u <= u_max && v <= v_max)) continue;
-      const int u0 = static_cast<int>(u), v0 = static_cast<int>(v);
-      const float s = u - static_cast<float>(u0), t = v - static_cast<float>(v0);
-      const float* g = pair.current.row(v0) + u0;
-      const float i00 = g[0], i10 = g[1], i01 = g[width], i11 = g[width + 1];
-      const float value = (1 - t) * ((1 - s) * i00 + s * i10) + t * ((1 - s) * i01 + s * i11);
-      // Mean of both pictures' gradients: its error is of second order in the turn that is still missing.
-      const Eigen::Vector2f gradient(
-          0.5f * ((1 - t) * (i10 - i00) + t * (i11 - i01) + gain * 0.5f * (row[x + 1] - row[x - 1])),
-          0.5f * ((1 - s) * (i01 - i00) + s * (i11 - i10) + gain * 0.5f * (row[x + width] - row[x - width])));
-      const float residual = value - (gain * row[x] + bias), size = std::abs(residual);
-      const float weight = size <= limit ? 1.0f : limit / size;
-      const Eigen::Matrix<float, 1, 3> turn = rotationJacobian<float>(ray, r, gradient, fx, fy);
-      const float j[5] = {turn(0), turn(1), turn(2), -row[x], -1};
-      for (int p = 0, k = 0; p < 5; ++p) {
-        const float wj = weight * j[p];
-        b[p] += wj * residual;
-        for (int c = p; c < 5; ++c, ++k) a[k] += wj * j[c];
+    // Of one row: floats stay exact enough.
+    float a[15][kLanes] = {}, b[5][kLanes] = {}, errors[kLanes] = {}, weights[kLanes] = {}, counts[kLanes] = {};
+    for (int x = kBorder; x < width - kBorder; x += kLanes) {
+      sample(pair, r, x, y, lanes);
+      float j[5][kLanes], residual[kLanes], weight[kLanes];
+      for (int l = 0; l < kLanes; ++l) {
+        const float s = lanes.s[l], t = lanes.t[l];
+        const float top = lanes.i00[l] + s * (lanes.i10[l] - lanes.i00[l]);
+        const float bottom = lanes.i01[l] + s * (lanes.i11[l] - lanes.i01[l]);
+        const float live_dx = (1 - t) * (lanes.i10[l] - lanes.i00[l]) + t * (lanes.i11[l] - lanes.i01[l]);
+        residual[l] = top + t * (bottom - top) - (gain * lanes.grey[l] + bias);
+        const float size = std::abs(residual[l]);
+        weight[l] = lanes.seen[l] * limit / std::max(limit, size);
+        // Mean of both pictures' gradients: its error is of second order in the turn that is still missing.
+        const auto turn = rotationJacobian<float>(lanes.mx[l], lanes.my[l], 0.5f * (live_dx + gain * lanes.dx[l]),
+                                                  0.5f * (bottom - top + gain * lanes.dy[l]), fx, fy);
+        j[0][l] = turn[0];
+        j[1][l] = turn[1];
+        j[2][l] = turn[2];
+        j[3][l] = -lanes.grey[l];
+        j[4][l] = -1;
+        errors[l] += lanes.seen[l] * std::min(kMost_grey, size);
+        weights[l] += weight[l];
+        counts[l] += lanes.seen[l];
       }
-      row_error += std::min(kMost_grey, size);
-      row_weight += weight;
-      ++seen;
+      for (int p = 0, k = 0; p < 5; ++p) {
+        float wj[kLanes];
+        for (int l = 0; l < kLanes; ++l) wj[l] = weight[l] * j[p][l];
+        for (int l = 0; l < kLanes; ++l) b[p][l] += wj[l] * residual[l];
+        for (int q = p; q < 5; ++q, ++k)
+          for (int l = 0; l < kLanes; ++l) a[k][l] += wj[l] * j[q][l];
+      }
     }
+    const auto total = [](const float(&values)[kLanes]) { return std::accumulate(values, values + kLanes, 0.0f); };
     for (int p = 0, k = 0; p < 5; ++p) {
-      sums.b(p) += b[p];
-      for (int c = p; c < 5; ++c, ++k) sums.a(p, c) += a[k];
+      sums.b(p) += total(b[p]);
+      for (int q = p; q < 5; ++q, ++k) sums.a(p, q) += total(a[k]);
     }
-    error += row_error;
-    sums.weight += row_weight;
+    error += total(errors);
+    sums.weight += total(weights);
+    seen += total(counts);
   }
   sums.a.triangularView<Eigen::StrictlyLower>() = sums.a.transpose();
-  if (seen > 0) sums.mean_error = error / static_cast<double>(seen);
-  sums.overlap = static_cast<double>(seen) / static_cast<double>((width - 2 * kBorder) * (height - 2 * kBorder));
+  if (seen > 0) sums.mean_error = error / seen;
+  sums.overlap = seen / ((width - 2 * kBorder) * (height - 2 * kBorder));
   return sums;
 }
 
@@ -132,9 +181,8 @@ double scaleOf(const Sums& sums) {
 }
 
 // Gauss-Newton until the mean error no longer falls; what made it rise is undone.
-Fit descend(const Pair& pair, const Estimate& start, const RotationOptions& options) {
-  Fit best{start, evaluate(pair, start, kLargestScale_grey)};
-  best.sums = evaluate(pair, start, scaleOf(best.sums));
+Fit descend(const Pair& pair, const Estimate& start, double scale, const RotationOptions& options) {
+  Fit best{start, evaluate(pair, start, scale)};
   const double prior = options.gain_prior_grey * options.gain_prior_grey;
   for (int i = 0; i < options.iterations && best.sums.overlap >= options.overlap; ++i) {
     Matrix5d a = best.sums.a;
@@ -152,7 +200,8 @@ Fit descend(const Pair& pair, const Estimate& start, const RotationOptions& opti
     next.estimate.gain = std::clamp(best.estimate.gain + step(3), 1 / kLargestGain, kLargestGain);
     next.estimate.bias = best.estimate.bias + step(4);
     next.estimate.R_current_previous = best.estimate.R_current_previous;
-    if (angle > 0) next.estimate.R_current_previous *= Eigen::AngleAxisd(angle, phi / angle).toRotationMatrix();
+    if (angle > 0)
+      next.estimate.R_current_previous.applyOnTheLeft(Eigen::AngleAxisd(angle, phi / angle).toRotationMatrix());
     next.sums = evaluate(pair, next.estimate, scaleOf(best.sums));
     if (next.sums.overlap < options.overlap || next.sums.mean_error >= best.sums.mean_error) break;
     best = next;
@@ -245,14 +294,14 @@ RotationAlignment alignRotation(const CameraModel& camera, const Image<float>& p
   still.R_current_previous.setIdentity();
 
   const Pair coarsest = pairAt(halved);
-  Fit fit = descend(coarsest, guess, options);
+  Fit fit = descend(coarsest, guess, kLargestScale_grey, options);
   for (const Estimate& start : {still, bestShift(coarsest, guess)}) {
-    const Fit other = descend(coarsest, start, options);
+    const Fit other = descend(coarsest, start, kLargestScale_grey, options);
     if (other.sums.mean_error < fit.sums.mean_error) fit = other;
   }
-  for (size_t level = halved; level-- > 0;) fit = descend(pairAt(level), fit.estimate, options);
+  for (size_t level = halved; level-- > 0;) fit = descend(pairAt(level), fit.estimate, scaleOf(fit.sums), options);
   // What the coarser levels take for a small turn may be none: the guess is not given up for a worse fit.
-  if (fit.sums.mean_error > result.start_error) fit = descend(pairAt(0), guess, options);
+  if (fit.sums.mean_error > result.start_error) fit = descend(pairAt(0), guess, scaleOf(fit.sums), options);
 
   result.mean_error = fit.sums.mean_error;
   result.overlap = fit.sums.overlap;

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <vector>
 
 #include "protocol/types/camera.h"
@@ -14,7 +15,7 @@ namespace comap {
 struct RotationOptions {
   int iterations = 10;          ///< at most, on each level
   int narrowest_px = 20;        ///< pictures are halved down to this width, so that large turns are found
-  double stop_px = 0.02;        ///< a step that moves the picture by less ends a level
+  double stop_px = 0.05;        ///< a step that moves the picture by less ends a level
   double gain_prior_grey = 20;  ///< contrast at which the data and "equal exposure" say the same about the gain
   // A result is usable if it passes all of these.
   double overlap = 0.5;                  ///< share of the previous picture that the current one still sees
@@ -40,18 +41,14 @@ struct RotationWorkspace {
   std::vector<Level> halved;  ///< narrowest last
 };
 
-/// Row of the residual r = I_current(pi(R_current_previous x)) - I_previous for the right increment
-/// R_current_previous <- R_current_previous exp(phi), radians. `x_previous` is the ray through the pixel, `gradient` in
-/// grey levels a pixel at the point where it ends. q = R x, h = dr/dq, r' = h . (R (phi x x)) = phi . (x x R^T h).
+/// Row of the residual r = I_current(pi(R_current_previous x)) - I_previous for the left increment
+/// R_current_previous <- exp(phi) R_current_previous, radians. (mx, my, 1) is the ray in the current camera, (gx, gy)
+/// the gradient there in grey levels a pixel. With q = R x and h = dr/dq: dr = h . (phi x q) = phi . (q x h), in which
+/// the depth of q cancels.
 template <class Scalar>
-Eigen::Matrix<Scalar, 1, 3> rotationJacobian(const Eigen::Matrix<Scalar, 3, 1>& x_previous,
-                                             const Eigen::Matrix<Scalar, 3, 3>& R_current_previous,
-                                             const Eigen::Matrix<Scalar, 2, 1>& gradient, Scalar fx, Scalar fy) {
-  const Eigen::Matrix<Scalar, 3, 1> q = R_current_previous * x_previous;
-  const Scalar iz = 1 / q.z(), a = gradient.x() * fx * iz, b = gradient.y() * fy * iz;
-  const Eigen::Matrix<Scalar, 3, 1> h(a, b, -(a * q.x() + b * q.y()) * iz);
-  const Eigen::Matrix<Scalar, 3, 1> v = R_current_previous.transpose() * h;
-  return x_previous.cross(v).transpose();
+std::array<Scalar, 3> rotationJacobian(Scalar mx, Scalar my, Scalar gx, Scalar gy, Scalar fx, Scalar fy) {
+  const Scalar a = gx * fx, b = gy * fy, c = -(a * mx + b * my);
+  return {my * c - b, a - mx * c, mx * b - my * a};
 }
 
 /// Aligns two grey pictures (0..255) of one camera by a rotation, coarse to fine, from `R_guess` (previous from
