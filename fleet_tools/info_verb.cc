@@ -32,7 +32,7 @@ struct StoreInfo {
   size_t keyframes = 0, keyframes_without_pose = 0, merges = 0;
   std::vector<RobotInfo> robots;  // in order of arrival
   std::map<MapId, MapInfo> maps;
-  size_t edges[3] = {0, 0, 0};
+  size_t edges[kEdgeKinds] = {};
   size_t accepted = 0;
   std::map<std::string, size_t> refused;
 };
@@ -137,7 +137,11 @@ nlohmann::json jsonOf(const StoreInfo& info) {
           {"keyframes_without_pose", info.keyframes_without_pose},
           {"robots", robots},
           {"maps", maps},
-          {"edges", {{"odometry", info.edges[0]}, {"loop", info.edges[1]}, {"inter_robot", info.edges[2]}}},
+          {"edges",
+           {{"odometry", info.edges[0]},
+            {"loop", info.edges[1]},
+            {"inter_robot", info.edges[2]},
+            {"covisibility", info.edges[3]}}},
           {"verdicts", {{"accepted", info.accepted}, {"refused", refused}}},
           {"merges", info.merges}};
 }
@@ -156,7 +160,8 @@ void print(const StoreInfo& info) {
               info.merges);
   if (!info.complete)
     std::printf("INCOMPLETE: the core is still writing or was cut off; poses and tiles are not the final ones\n");
-  std::printf("edges: %zu odometry, %zu loop, %zu inter-robot\n\n", info.edges[0], info.edges[1], info.edges[2]);
+  std::printf("edges: %zu odometry, %zu loop, %zu inter-robot, %zu covisibility\n\n", info.edges[0], info.edges[1],
+              info.edges[2], info.edges[3]);
 
   TextTable maps({"MAP", "ROBOTS", "KEYFRAMES", "TILES", "SURFELS"});
   for (const auto& [id, map] : info.maps) {

@@ -1,6 +1,7 @@
 // An edge of the keyframe graph: a relative pose and how well it is known.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "protocol/types/ids.h"
@@ -8,7 +9,9 @@
 
 namespace comap {
 
-enum class EdgeKind : uint8_t { kOdometry = 0, kLoop = 1, kInterRobot = 2 };
+/// kCovisibility: neighbours in space of one map, aligned again at the map's own poses.
+enum class EdgeKind : uint8_t { kOdometry = 0, kLoop = 1, kInterRobot = 2, kCovisibility = 3 };
+inline constexpr size_t kEdgeKinds = 4;
 
 struct Edge {
   KeyframeId from, to;

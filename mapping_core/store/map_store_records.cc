@@ -21,13 +21,14 @@ namespace {
 #define COMAP_36 \
   "?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?"
 
-constexpr std::array<const char*, 3> kKindNames = {"odometry", "loop", "inter_robot"};
+constexpr std::array<const char*, kEdgeKinds> kKindNames = {"odometry", "loop", "inter_robot", "covisibility"};
 
 Result<EdgeKind> kindOf(const std::string& name, const std::string& path) {
   for (size_t i = 0; i < kKindNames.size(); ++i) {
     if (name == kKindNames[i]) return static_cast<EdgeKind>(i);
   }
-  return Error{ErrorCode::kBadData, path + ": edge kind is '" + name + "', expected odometry, loop or inter_robot"};
+  return Error{ErrorCode::kBadData,
+               path + ": edge kind is '" + name + "', expected odometry, loop, inter_robot or covisibility"};
 }
 
 // Statements of a merge's lists: ?1 the merge, ?2 the position.

@@ -34,7 +34,7 @@ CREATE TABLE poses (
 
 CREATE TABLE edges (
   number INTEGER PRIMARY KEY,
-  kind TEXT NOT NULL CHECK (kind IN ('odometry', 'loop', 'inter_robot')),
+  kind TEXT NOT NULL CHECK (kind IN ('odometry', 'loop', 'inter_robot', 'covisibility')),
   from_robot TEXT NOT NULL, from_session INTEGER NOT NULL, from_sequence INTEGER NOT NULL,
   to_robot TEXT NOT NULL, to_session INTEGER NOT NULL, to_sequence INTEGER NOT NULL,
   qx REAL, qy REAL, qz REAL, qw REAL, tx REAL, ty REAL, tz REAL,

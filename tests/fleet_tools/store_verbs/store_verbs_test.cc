@@ -121,7 +121,7 @@ TEST_F(StoreVerbs, infoTellsWhatIsThere) {
   ASSERT_EQ(info["maps"].size(), 1u);
   EXPECT_EQ(info["maps"][0]["robots"], nlohmann::json({"alpha", "bravo"}));
   EXPECT_EQ(info["maps"][0]["surfels"], 2);
-  EXPECT_EQ(info["edges"], nlohmann::json({{"odometry", 4}, {"loop", 0}, {"inter_robot", 1}}));
+  EXPECT_EQ(info["edges"], nlohmann::json({{"odometry", 4}, {"loop", 0}, {"inter_robot", 1}, {"covisibility", 0}}));
   EXPECT_EQ(info["verdicts"], nlohmann::json({{"accepted", 1}, {"refused", {{"round_trip", 2}}}}));
   EXPECT_EQ(info["merges"], 1);
   EXPECT_EQ(info["bytes_on_disk"], fs::file_size(store_));

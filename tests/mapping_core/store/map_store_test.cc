@@ -52,7 +52,7 @@ TEST_F(MapStoreTest, edgesComeBackToTheBit) {
   ASSERT_TRUE(store);
   std::vector<Edge> edges;
   for (uint32_t i = 0; i < 6; ++i) {
-    edges.push_back({idOf(i), idOf(i + 1, "bravo"), static_cast<EdgeKind>(i % 3), poseOf(i), matrixOf(i)});
+    edges.push_back({idOf(i), idOf(i + 1, "bravo"), static_cast<EdgeKind>(i % kEdgeKinds), poseOf(i), matrixOf(i)});
     ASSERT_TRUE(store->addEdge(edges.back()));
   }
   edges[2].information = matrixOf(77);
