@@ -10,12 +10,13 @@ constexpr int kDamagedInARow = 10;
 
 }  // namespace
 
-Agent::Agent(const AgentConfig& config, uint64_t session, FrameSource& source, Link& link, Log log)
+Agent::Agent(const AgentConfig& config, uint64_t session, FrameSource& source, Link& link, Log log, Record record)
     : config_(config),
       session_(session),
       source_(source),
       link_(link),
       log_(std::move(log)),
+      record_(std::move(record)),
       odometry_(config.odometry),
       sender_(link, config.robot, session, config.sender) {}
 
@@ -44,8 +45,10 @@ Result<Agent::Progress> Agent::takeFrame() {
   const auto reason =
       keyframeReason(tracked, frames_since_keyframe_, medianDepth(frame.depth), state_, config_.keyframes);
   if (!reason.empty()) odometry_.makeKeyframe();
-  statistics_.odometry_ms.push_back(
+  statistics_.odometry_ms.add(
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+  if (statistics_.frames == 0) statistics_.first_stamp_ns = frame.stamp_ns;
+  statistics_.last_stamp_ns = frame.stamp_ns;
   ++statistics_.frames;
   statistics_.poor_frames += tracked.state == TrackingState::kPoor;
   statistics_.lost_frames += tracked.state == TrackingState::kLost;
@@ -53,7 +56,6 @@ Result<Agent::Progress> Agent::takeFrame() {
     log_("tracking lost at frame " + std::to_string(statistics_.frames - 1) + ": a new chain begins");
   state_ = tracked.state;
   T_odom_cam_ = tracked.T_odom_cam;
-  stamp_ns_ = frame.stamp_ns;
   if (!reason.empty())
     if (auto shipped = ship(frame, tracked); !shipped) return shipped.error();
 
@@ -63,7 +65,7 @@ Result<Agent::Progress> Agent::takeFrame() {
   record.state = tracked.state;
   record.keyframe = statistics_.keyframes - 1;
   record.T_keyframe_cam = reason.empty() ? tracked.T_keyframe_cam : Pose();
-  frames_.push_back(record);
+  record_(record);
   if (statistics_.frames % config_.interest_every_frames == 0) sendInterest();
   if (statistics_.frames % config_.status_every_frames == 0) sendStatus(false);
   return Progress::kFrame;
@@ -163,7 +165,7 @@ void Agent::sendStatus(bool finished) {
   Status status;
   status.robot = config_.robot;
   status.session = session_;
-  status.stamp_ns = stamp_ns_;
+  status.stamp_ns = statistics_.last_stamp_ns;
   status.T_odom_cam = T_odom_cam_;
   status.tracking = state_;
   status.frames = statistics_.frames;

@@ -6,13 +6,13 @@
 #include <functional>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "edge_agent/agent_config.h"
 #include "edge_agent/capture/frame_source.h"
 #include "edge_agent/keyframes/keyframe_selector.h"
 #include "edge_agent/map_cache/tile_cache.h"
 #include "edge_agent/odometry/visual_odometry.h"
+#include "edge_agent/time_histogram.h"
 #include "edge_agent/uplink/keyframe_sender.h"
 #include "mapping_core/ferns/fern_book.h"
 #include "protocol/link/link.h"
@@ -30,15 +30,19 @@ struct FrameRecord {
 struct AgentStatistics {
   uint32_t frames = 0, keyframes = 0, damaged_frames = 0, poor_frames = 0, lost_frames = 0;
   uint64_t tiles_received = 0, tile_bytes_received = 0;
-  std::vector<double> odometry_ms;  ///< tracking and keyframe making, without reading and encoding
+  TimeHistogram odometry_ms;                      ///< tracking and keyframe making, without reading and encoding
+  int64_t first_stamp_ns = 0, last_stamp_ns = 0;  ///< of the frames tracked
 };
 
+/// Its memory does not grow with the number of frames: what is to be kept of them, `record` keeps.
 /// Thread rule: one thread.
 class Agent {
  public:
   using Log = std::function<void(const std::string& line)>;
+  /// Takes each frame in order, except those that stand nowhere: lost, or before the first keyframe.
+  using Record = std::function<void(const FrameRecord& frame)>;
   /// `session` must be new at each start of this robot.
-  Agent(const AgentConfig& config, uint64_t session, FrameSource& source, Link& link, Log log);
+  Agent(const AgentConfig& config, uint64_t session, FrameSource& source, Link& link, Log log, Record record);
 
   /// Introduces the robot. Call once before anything else.
   Result<void> hello();
@@ -69,7 +73,6 @@ class Agent {
   uint64_t session() const { return session_; }
   const std::optional<Correction>& correction() const { return correction_; }
   const TileCache& tiles() const { return cache_; }
-  const std::vector<FrameRecord>& frames() const { return frames_; }
   const AgentStatistics& statistics() const { return statistics_; }
 
  private:
@@ -81,12 +84,12 @@ class Agent {
   FrameSource& source_;
   Link& link_;
   Log log_;
+  Record record_;
   FernBook book_ = FernBook::standard();
   VisualOdometry odometry_;
   KeyframeSender sender_;
   TileCache cache_;
   std::optional<Correction> correction_;
-  std::vector<FrameRecord> frames_;
   AgentStatistics statistics_;
   TrackingState state_ = TrackingState::kOk;
   int frames_since_keyframe_ = 0;
@@ -95,7 +98,6 @@ class Agent {
   uint32_t durable_below_ = 0;
   uint32_t mapped_below_ = 0;
   Pose T_odom_cam_;
-  int64_t stamp_ns_ = 0;
 };
 
 }  // namespace comap

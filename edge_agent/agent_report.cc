@@ -1,15 +1,22 @@
 #include "edge_agent/agent_report.h"
 
-#include <algorithm>
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
-
-#include "protocol/types/whole_file.h"
 
 namespace comap {
 namespace {
 
 using Json = nlohmann::json;
+
+constexpr char kUnfinished[] = ".part";
+
+Error cannotWrite(const std::string& path, int problem) {
+  return {ErrorCode::kUnreachable, path + ": cannot be written: " + std::strerror(problem)};
+}
 
 Json toJson(const FrameRecord& frame) {
   const auto& t = frame.T_keyframe_cam.translation();
@@ -32,13 +39,6 @@ FrameRecord frameOf(const Json& json) {
 
 }  // namespace
 
-double quantile(std::vector<double> values, double q) {
-  if (values.empty()) return 0;
-  const size_t k = std::min(values.size() - 1, static_cast<size_t>(q * static_cast<double>(values.size())));
-  std::nth_element(values.begin(), values.begin() + static_cast<long>(k), values.end());
-  return values[k];
-}
-
 AgentReport reportOf(const std::string& robot, const Agent& agent) {
   const AgentStatistics& s = agent.statistics();
   AgentReport report;
@@ -56,36 +56,62 @@ AgentReport reportOf(const std::string& robot, const Agent& agent) {
   report.tiles_held = agent.tiles().tiles().size();
   report.surfels_held = agent.tiles().surfels();
   if (agent.correction()) report.map = agent.correction()->map;
-  report.odometry_ms_median = quantile(s.odometry_ms, 0.5);
-  report.odometry_ms_p95 = quantile(s.odometry_ms, 0.95);
-  report.trajectory = agent.frames();
-  if (!report.trajectory.empty())
-    report.duration_s =
-        static_cast<double>(report.trajectory.back().stamp_ns - report.trajectory.front().stamp_ns) * 1e-9;
+  report.odometry_ms_median = s.odometry_ms.quantile_ms(0.5);
+  report.odometry_ms_p95 = s.odometry_ms.quantile_ms(0.95);
+  report.odometry_ms_worst = s.odometry_ms.worst_ms();
+  report.duration_s = static_cast<double>(s.last_stamp_ns - s.first_stamp_ns) * 1e-9;
   return report;
 }
 
-Result<void> writeAgentReport(const AgentReport& r, const std::string& path) {
-  Json json = {{"robot", r.robot},
-               {"session", r.session},
-               {"frames", r.frames},
-               {"keyframes", r.keyframes},
-               {"unacknowledged", r.unacknowledged},
-               {"damaged_frames", r.damaged_frames},
-               {"poor_frames", r.poor_frames},
-               {"lost_frames", r.lost_frames},
-               {"uplink_bytes", r.uplink_bytes},
-               {"tile_bytes_received", r.tile_bytes_received},
-               {"tiles_received", r.tiles_received},
-               {"tiles_held", r.tiles_held},
-               {"surfels_held", r.surfels_held},
-               {"map", r.map},
-               {"odometry_ms_median", r.odometry_ms_median},
-               {"odometry_ms_p95", r.odometry_ms_p95},
-               {"duration_s", r.duration_s}};
-  json["trajectory"] = Json::array();
-  for (const FrameRecord& frame : r.trajectory) json["trajectory"].push_back(toJson(frame));
-  return writeWholeFile(path, json.dump() + "\n");
+Result<AgentReportFile> AgentReportFile::create(const std::string& path) {
+  struct stat there {};
+  if (stat(path.c_str(), &there) == 0 && !S_ISREG(there.st_mode))
+    return Error{ErrorCode::kUnreachable, path + ": is no regular file"};
+  std::FILE* file = std::fopen((path + kUnfinished).c_str(), "wb");
+  if (file == nullptr) return cannotWrite(path, errno);
+  AgentReportFile report(path, file);
+  report.put("{\"trajectory\":[");
+  return report;
+}
+
+AgentReportFile::~AgentReportFile() {
+  if (file_) std::remove((path_ + kUnfinished).c_str());
+}
+
+void AgentReportFile::put(const std::string& text) {
+  if (std::fwrite(text.data(), 1, text.size(), file_.get()) != text.size() && problem_ == 0) problem_ = errno;
+}
+
+void AgentReportFile::add(const FrameRecord& frame) {
+  put((empty_ ? "\n" : ",\n") + toJson(frame).dump());
+  empty_ = false;
+}
+
+Result<void> AgentReportFile::finish(const AgentReport& r) {
+  const Json json = {{"robot", r.robot},
+                     {"session", r.session},
+                     {"frames", r.frames},
+                     {"keyframes", r.keyframes},
+                     {"unacknowledged", r.unacknowledged},
+                     {"damaged_frames", r.damaged_frames},
+                     {"poor_frames", r.poor_frames},
+                     {"lost_frames", r.lost_frames},
+                     {"uplink_bytes", r.uplink_bytes},
+                     {"tile_bytes_received", r.tile_bytes_received},
+                     {"tiles_received", r.tiles_received},
+                     {"tiles_held", r.tiles_held},
+                     {"surfels_held", r.surfels_held},
+                     {"map", r.map},
+                     {"odometry_ms_median", r.odometry_ms_median},
+                     {"odometry_ms_p95", r.odometry_ms_p95},
+                     {"odometry_ms_worst", r.odometry_ms_worst},
+                     {"duration_s", r.duration_s}};
+  put("],\n" + json.dump().substr(1) + "\n");
+  if (std::fflush(file_.get()) != 0 && problem_ == 0) problem_ = errno;
+  if (problem_ == 0 && std::rename((path_ + kUnfinished).c_str(), path_.c_str()) != 0) problem_ = errno;
+  if (problem_ != 0) return cannotWrite(path_, problem_);
+  file_.reset();
+  return {};
 }
 
 Result<AgentReport> readAgentReport(const std::string& path) {
@@ -110,6 +136,7 @@ Result<AgentReport> readAgentReport(const std::string& path) {
     r.map = json.at("map").get<std::string>();
     r.odometry_ms_median = json.at("odometry_ms_median").get<double>();
     r.odometry_ms_p95 = json.at("odometry_ms_p95").get<double>();
+    r.odometry_ms_worst = json.at("odometry_ms_worst").get<double>();
     r.duration_s = json.at("duration_s").get<double>();
     for (const Json& frame : json.at("trajectory")) r.trajectory.push_back(frameOf(frame));
     return r;

@@ -1,6 +1,8 @@
 // What an agent says about its run when it ends: a JSON file for tools.
 #pragma once
 
+#include <cstdio>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -16,18 +18,47 @@ struct AgentReport {
   uint64_t uplink_bytes = 0, tile_bytes_received = 0, tiles_received = 0;
   uint64_t tiles_held = 0, surfels_held = 0;
   MapId map;  ///< the robot's map as it was last told; empty if never
-  double odometry_ms_median = 0, odometry_ms_p95 = 0;
-  double duration_s = 0;  ///< from the first frame's stamp to the last one's
+  double odometry_ms_median = 0, odometry_ms_p95 = 0, odometry_ms_worst = 0;
+  double duration_s = 0;  ///< from the first tracked frame's stamp to the last one's
   std::vector<FrameRecord> trajectory;
 };
 
+/// All but the trajectory, which the agent does not keep.
 AgentReport reportOf(const std::string& robot, const Agent& agent);
 
-/// Writes to a temporary name first: a file that is there is whole.
-Result<void> writeAgentReport(const AgentReport& report, const std::string& path);
-Result<AgentReport> readAgentReport(const std::string& path);
+/// A report on its way to disk: frames go into the file as they come, so that a long run costs no memory. It is
+/// written under the name PATH.part, so a file that is there is whole. Thread rule: one thread.
+class AgentReportFile {
+ public:
+  /// kUnreachable if PATH cannot be written or is no regular file.
+  static Result<AgentReportFile> create(const std::string& path);
 
-/// The q-quantile (0..1) of values in any order; 0 for none.
-double quantile(std::vector<double> values, double q);
+  /// Appends to the trajectory. A disk that takes no more is told by finish.
+  void add(const FrameRecord& frame);
+
+  /// Adds the rest of the report, whose own trajectory is not looked at, and gives the file its name. Call once.
+  /// kUnreachable if anything could not be written; what was there before is then still there.
+  Result<void> finish(const AgentReport& report);
+
+  AgentReportFile(AgentReportFile&&) = default;
+  AgentReportFile& operator=(AgentReportFile&&) = delete;
+  /// Removes what was not finished.
+  ~AgentReportFile();
+
+ private:
+  struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  AgentReportFile(std::string path, std::FILE* file) : path_(std::move(path)), file_(file) {}
+  void put(const std::string& text);
+
+  std::string path_;
+  std::unique_ptr<std::FILE, Close> file_;  // none once finished or moved from
+  bool empty_ = true;
+  int problem_ = 0;  // errno of the first write that failed
+};
+
+/// kUnreachable if there is no such file, kBadData if it is no agent's report.
+Result<AgentReport> readAgentReport(const std::string& path);
 
 }  // namespace comap

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
+#include <optional>
 #include <random>
 #include <thread>
 
@@ -85,7 +86,7 @@ Error silentCore(const Agent& agent, int patience_s) {
 Result<void> drive(Agent& agent, bool realtime, int patience_s) {
   const auto start = Clock::now();
   auto last_progress = start;
-  size_t recorded = 0;
+  uint32_t frames = 0;
   uint32_t unacknowledged = 0;
   while (g_stop == 0) {
     const auto taken = agent.takeFrame();
@@ -96,9 +97,10 @@ Result<void> drive(Agent& agent, bool realtime, int patience_s) {
     if (*taken == Agent::Progress::kFrame || agent.unacknowledged() != unacknowledged) last_progress = Clock::now();
     unacknowledged = agent.unacknowledged();
     if (Clock::now() - last_progress > seconds(patience_s)) return silentCore(agent, patience_s);
-    if (!realtime || agent.frames().size() == recorded) continue;
-    recorded = agent.frames().size();
-    const auto due = start + std::chrono::nanoseconds(agent.frames().back().stamp_ns - agent.frames().front().stamp_ns);
+    const AgentStatistics& taken_so_far = agent.statistics();
+    if (!realtime || taken_so_far.frames == frames) continue;
+    frames = taken_so_far.frames;
+    const auto due = start + std::chrono::nanoseconds(taken_so_far.last_stamp_ns - taken_so_far.first_stamp_ns);
     while (Clock::now() < due)
       if (auto exchanged =
               agent.exchange(std::chrono::duration_cast<milliseconds>(due - Clock::now()) + milliseconds(1));
@@ -165,12 +167,20 @@ int run(const Arguments& arguments) {
   if (!link) return failWith(link.error());
   const auto log = [](const std::string& line) { std::fprintf(stderr, "%s\n", line.c_str()); };
   log(config->robot + ": " + (*source)->description());
-  Agent agent(*config, newSession(), **source, **link, log);
+  std::optional<AgentReportFile> report;
+  if (!arguments.report.empty()) {
+    auto created = AgentReportFile::create(arguments.report);
+    if (!created) return failWith(created.error());
+    report.emplace(std::move(*created));
+  }
+  const auto record = [&](const FrameRecord& frame) {
+    if (report) report->add(frame);
+  };
+  Agent agent(*config, newSession(), **source, **link, log, record);
   const auto done = work(agent, *config, **link, arguments);
   // What was done is told even if it ended badly.
-  if (!arguments.report.empty())
-    if (auto written = writeAgentReport(reportOf(config->robot, agent), arguments.report); !written)
-      return failWith(written.error());
+  if (report)
+    if (auto written = report->finish(reportOf(config->robot, agent)); !written) return failWith(written.error());
   if (!done) return failWith(done.error());
   if (!agent.allAcknowledged())
     return failWith({ErrorCode::kProblem, "stopped with " + std::to_string(agent.unacknowledged()) +

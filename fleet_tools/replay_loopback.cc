@@ -22,6 +22,7 @@ struct ReplayedRobot {
   std::unique_ptr<FrameSource> source;
   std::unique_ptr<Link> link;
   std::unique_ptr<Agent> agent;
+  std::vector<FrameRecord> trajectory;
   bool ended = false;
 };
 
@@ -87,7 +88,7 @@ Result<ReplayOutcome> replayLoopback(const ReplayOptions& options, const ReplayP
     auto source = openSource(robot.source);
     if (!source) return Error{source.error().code, "robot " + robot.name + ": " + source.error().text};
     frames = std::max(frames, (*source)->size());
-    robots.push_back({robot.name, std::move(*source), hub.connect(LinkRole::kRobot, robot.name), nullptr, false});
+    robots.push_back({robot.name, std::move(*source), hub.connect(LinkRole::kRobot, robot.name), nullptr, {}, false});
   }
   CoreConfig core;
   gpu::DeviceOptions device_options;
@@ -107,7 +108,8 @@ Result<ReplayOutcome> replayLoopback(const ReplayOptions& options, const ReplayP
   for (ReplayedRobot& robot : robots) {
     AgentConfig config;
     config.robot = robot.name;
-    robot.agent = std::make_unique<Agent>(config, ++session, *robot.source, *robot.link, logAs(robot.name));
+    robot.agent = std::make_unique<Agent>(config, ++session, *robot.source, *robot.link, logAs(robot.name),
+                                          [&robot](const FrameRecord& frame) { robot.trajectory.push_back(frame); });
     if (auto greeted = robot.agent->hello(); !greeted) return greeted.error();
   }
   if (auto drained = drain(service); !drained) return drained.error();
@@ -123,7 +125,10 @@ Result<ReplayOutcome> replayLoopback(const ReplayOptions& options, const ReplayP
     return finished.error();
 
   ReplayOutcome outcome;
-  for (const ReplayedRobot& robot : robots) outcome.robots.push_back(reportOf(robot.name, *robot.agent));
+  for (ReplayedRobot& robot : robots) {
+    outcome.robots.push_back(reportOf(robot.name, *robot.agent));
+    outcome.robots.back().trajectory = std::move(robot.trajectory);
+  }
   outcome.core = reportOf(service.statistics(), device->info().name);
   outcome.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return outcome;

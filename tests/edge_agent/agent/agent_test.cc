@@ -53,7 +53,9 @@ class AgentTest : public testing::Test {
   }
 
   Agent makeAgent(FrameSource& source) {
-    return Agent(config_, kSession, source, *wire_, [this](const std::string& line) { log_.push_back(line); });
+    return Agent(
+        config_, kSession, source, *wire_, [this](const std::string& line) { log_.push_back(line); },
+        [this](const FrameRecord& frame) { frames_.push_back(frame); });
   }
 
   void acknowledge(uint32_t next_expected, const std::string& refusal = "") {
@@ -97,6 +99,7 @@ class AgentTest : public testing::Test {
   std::unique_ptr<Link> core_, wire_;
   AgentConfig config_;
   std::vector<std::string> log_;
+  std::vector<FrameRecord> frames_;
 };
 
 TEST_F(AgentTest, ShipsAChainOfKeyframesThatAddsUpToThePath) {
@@ -116,7 +119,10 @@ TEST_F(AgentTest, ShipsAChainOfKeyframesThatAddsUpToThePath) {
     EXPECT_NEAR(T_first_this.translation().x(), walked, 0.001 + 0.005 * walked);  // half a percent of the path
     EXPECT_LT((T_first_this.inverse() * keyframes[i].T_odom_cam).translation().norm(), 1e-9);
   }
-  ASSERT_EQ(agent.frames().size(), 40u);
+  ASSERT_EQ(frames_.size(), 40u);
+  EXPECT_EQ(agent.statistics().odometry_ms.count(), 40u);
+  EXPECT_EQ(agent.statistics().first_stamp_ns, frames_.front().stamp_ns);
+  EXPECT_EQ(agent.statistics().last_stamp_ns, frames_.back().stamp_ns);
 }
 
 TEST_F(AgentTest, SendsNothingBeforeTheCoreHasAnswered) {
@@ -163,7 +169,7 @@ TEST_F(AgentTest, ALongBlackoutStartsANewChainAndIsTold) {
   for (const std::string& line : log_) told = told || line.find("lost") != std::string::npos;
   EXPECT_TRUE(told);
   // Lost frames stand nowhere and are in no trajectory.
-  EXPECT_LT(agent.frames().size(), 60u);
+  EXPECT_EQ(frames_.size(), 60u - agent.statistics().lost_frames);
 }
 
 TEST_F(AgentTest, ADamagedFrameIsCountedAndPassedOver) {
