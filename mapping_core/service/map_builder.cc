@@ -38,7 +38,9 @@ MapBuilder::MapBuilder(gpu::Device& device, MapStore& store, const MapBuilderOpt
 Result<MapChange> MapBuilder::addKeyframe(const Keyframe& keyframe, uint32_t robot_index) {
   const Entry entry{static_cast<uint32_t>(by_index_.size()), robot_index};
   if (auto placed = place(keyframe, entry); !placed) return placed.error();
-  views_.insert(makeKeyframeView(keyframe, options_.verifier.depth_max_m, options_.verifier.noise));
+  auto view = makeKeyframeView(keyframe, options_.verifier.depth_max_m, options_.verifier.noise);
+  sketches_.emplace(keyframe.id, makeSketch(keyframe, view->pyramid, options_.verifier.noise));
+  views_.insert(std::move(view));
 
   MapChange change;
   // Matching comes before fusion, so that a loop is verified against what was there before this keyframe.
@@ -48,7 +50,8 @@ Result<MapChange> MapBuilder::addKeyframe(const Keyframe& keyframe, uint32_t rob
   if (auto fused = fuse(keyframe, entry); !fused) return fused.error();
   if (!places_.add(entry.index, keyframe.fern_code))
     return Error{ErrorCode::kBadData, "keyframe " + toString(keyframe.id) + ": fern code is of another book"};
-  for (const MatchVerdict& verdict : change.verdicts) {
+  const std::vector<MatchVerdict> judged = change.verdicts;  // connecting may add refusals
+  for (const MatchVerdict& verdict : judged) {
     if (auto stored = store_.addVerdict(verdict); !stored) return stored.error();
     if (!verdict.accepted) continue;
     if (auto connected = connect(verdict, change); !connected) return connected.error();
@@ -125,6 +128,17 @@ Result<void> MapBuilder::connect(const MatchVerdict& verdict, MapChange& change)
     const auto agreed = votes_.cast(
         closure, [this](const auto& a, const auto& b) { return components_.together(a, b); }, T_map_cam_);
     if (!agreed) return {};
+    auto evidence = weighMerge(*agreed);
+    if (!evidence) return evidence.error();
+    if (evidence->contradicted() > options_.merge_check.contradicted) {
+      // Its voters are spent: only new views of the two maps can bring the question up again.
+      MatchVerdict refusal = verdict;
+      refusal.accepted = false;
+      refusal.reason = "contradiction";
+      refusal.seen_through = evidence->contradicted();
+      change.verdicts.push_back(refusal);
+      return store_.addVerdict(refusal);
+    }
     auto record = merge(*agreed);
     if (!record) return record.error();
     change.merges.push_back(std::move(*record));
@@ -134,6 +148,31 @@ Result<void> MapBuilder::connect(const MatchVerdict& verdict, MapChange& change)
   if (!moved) return moved.error();
   change.poses_changed = change.poses_changed || *moved;
   return {};
+}
+
+Result<Evidence> MapBuilder::weighMerge(const std::vector<Closure>& closures) {
+  const Pose T_a_b = averageTransform(closures, T_map_cam_);
+  auto a = sketchesOf(components_.anchorOf(closures.front().candidate));
+  if (!a) return a.error();
+  auto b = sketchesOf(components_.anchorOf(closures.front().query));
+  if (!b) return b.error();
+  return weighHypothesis(*a, *b, T_a_b, options_.merge_check);
+}
+
+Result<std::vector<PlacedSketch>> MapBuilder::sketchesOf(const KeyframeId& anchor) {
+  std::vector<PlacedSketch> placed;
+  for (const KeyframeId& id : components_.members(anchor)) {
+    auto it = sketches_.find(id);
+    if (it == sketches_.end()) {
+      auto keyframe = load(id);
+      if (!keyframe) return keyframe.error();
+      auto view = viewOf(id);
+      if (!view) return view.error();
+      it = sketches_.emplace(id, makeSketch(*keyframe, (*view)->pyramid, options_.verifier.noise)).first;
+    }
+    placed.push_back({&it->second, T_map_cam_.at(id)});
+  }
+  return placed;
 }
 
 Result<void> MapBuilder::addEdge(const Closure& closure) {

@@ -15,6 +15,7 @@
 #include "mapping_core/store/map_store.h"
 #include "mapping_core/surfels/surfel_map.h"
 #include "mapping_core/verify/match_verifier.h"
+#include "mapping_core/verify/merge_check.h"
 #include "mapping_core/verify/vote.h"
 
 namespace comap {
@@ -23,6 +24,7 @@ struct MapBuilderOptions {
   FusionParameters fusion;
   VerifierOptions verifier;
   VoteOptions vote;
+  MergeCheckOptions merge_check;
   GraphOptions graph;
   size_t candidates = 3;            ///< per keyframe in other maps
   size_t loop_candidates = 2;       ///< per keyframe in its own map
@@ -70,6 +72,8 @@ class MapBuilder {
   Result<void> fuse(const Keyframe& keyframe, const Entry& entry);
   Result<std::vector<MatchVerdict>> match(const Keyframe& keyframe);
   Result<void> connect(const MatchVerdict& verdict, MapChange& change);
+  Result<Evidence> weighMerge(const std::vector<Closure>& closures);
+  Result<std::vector<PlacedSketch>> sketchesOf(const KeyframeId& anchor);
   Result<MergeRecord> merge(const std::vector<Closure>& closures);
   Result<void> addEdge(const Closure& closure);
   Result<bool> optimise(const KeyframeId& anchor);
@@ -92,6 +96,7 @@ class MapBuilder {
   VoteBox votes_;
   MatchVerifier verifier_;
   KeyframeViewCache views_;
+  std::map<KeyframeId, Sketch> sketches_;  // of keyframes seen since the start; others are made when asked for
   uint32_t merges_ = 0;
 };
 
