@@ -4,52 +4,10 @@
 #include <array>
 #include <cmath>
 
+#include "mapping_core/rgbd/depth_agreement.h"
+
 namespace comap {
 namespace {
-
-struct DepthAgreement {
-  double behind = 0;  // share of compared pixels where the live surface lies behind the predicted one
-  double agree = 0;   // and where both are the same surface
-};
-
-// The nearest depth of 3x3 pixels: beside an edge a pixel's error is the edge's height, not the surface's.
-float nearestAround(const Image<float>& depth_m, int u, int v) {
-  float nearest = depth_m.at(u, v);
-  for (int y = std::max(0, v - 1); y <= std::min(depth_m.height() - 1, v + 1); ++y)
-    for (int x = std::max(0, u - 1); x <= std::min(depth_m.width() - 1, u + 1); ++x)
-      if (depth_m.at(x, y) > 0) nearest = std::min(nearest, depth_m.at(x, y));
-  return nearest;
-}
-
-// Projects every predicted pixel of one level into the live frame and compares depths there.
-DepthAgreement compareDepth(const PyramidLevel& predicted, const PyramidLevel& live, const Pose& T_predicted_live,
-                            double behind_m, const DepthNoiseModel& noise) {
-  const Pose T_live_predicted = T_predicted_live.inverse();
-  const Eigen::Matrix3f r = T_live_predicted.rotationMatrix().cast<float>();
-  const Eigen::Vector3f t = T_live_predicted.translation().cast<float>();
-  const CameraModel& c = predicted.camera;
-  const CameraModel& k = live.camera;
-  size_t compared = 0, behind = 0, agree = 0;
-  for (int y = 0; y < predicted.depth_m.height(); ++y)
-    for (int x = 0; x < predicted.depth_m.width(); ++x) {
-      const float z = predicted.depth_m.at(x, y);
-      if (z <= 0) continue;
-      const Eigen::Vector3f q = r * c.unproject(x, y, z).cast<float>() + t;
-      if (q.z() < 0.05f) continue;
-      const int u = static_cast<int>(std::lround(k.fx * q.x() / q.z() + k.cx));
-      const int v = static_cast<int>(std::lround(k.fy * q.y() / q.z() + k.cy));
-      if (!live.depth_m.contains(u, v)) continue;
-      const float d = live.depth_m.at(u, v);
-      if (d <= 0) continue;
-      const float gate = std::max(static_cast<float>(behind_m), 3 * noise.sigma(d));
-      ++compared;
-      behind += nearestAround(live.depth_m, u, v) > q.z() + gate;
-      agree += std::abs(d - q.z()) <= gate;
-    }
-  if (compared == 0) return {1, 0};
-  return {static_cast<double>(behind) / static_cast<double>(compared),
-          static_cast<double>(agree) / static_cast<double>(compared)};
-}
 
 Pose turned(double pitch_rad, double yaw_rad) {
   Vector6d twist;
@@ -126,8 +84,8 @@ Result<MatchVerdict> MatchVerifier::verify(const KeyframeView& query, const Keyf
   constexpr size_t kCompareLevel = 2;
   const DepthAgreement agreement = compareDepth(predicted_[kCompareLevel], query.pyramid[kCompareLevel],
                                                 forth.T_ref_cur, options_.behind_m, options_.noise);
-  verdict.seen_through = agreement.behind;
-  if (agreement.behind > options_.seen_through) return refuse("seen_through");
+  verdict.seen_through = agreement.seen_through;
+  if (agreement.seen_through > options_.seen_through) return refuse("seen_through");
   if (agreement.agree < 0.5) return refuse("depth_disagrees");
 
   const Alignment back = align(query.fine, predicted_, forth.T_ref_cur.inverse(), options, workspace_);
