@@ -19,6 +19,7 @@ struct Edge {
   Pose T_from_to;
   /// Inverse covariance of T_from_to for the left increment exp(xi) T_from_to, order (rho, phi).
   Matrix6d information = Matrix6d::Identity();
+  uint32_t merge = 0;  ///< number of the merge whose closure this is; 0: none
 };
 
 }  // namespace comap

@@ -36,6 +36,10 @@ MapBuilder::MapBuilder(gpu::Device& device, MapStore& store, const MapBuilderOpt
       views_(options.cached_views) {}
 
 Result<MapChange> MapBuilder::addKeyframe(const Keyframe& keyframe, uint32_t robot_index) {
+  if (auto fused = catchUp(unfused_.size()); !fused) return fused.error();
+  // What a keyframe causes is stored as a whole: after a sudden end it is either mapped or still to be mapped.
+  auto transaction = store_.begin();
+  if (!transaction) return transaction.error();
   const Entry entry{static_cast<uint32_t>(by_index_.size()), robot_index};
   if (auto placed = place(keyframe, entry); !placed) return placed.error();
   auto view = makeKeyframeView(keyframe, options_.verifier.depth_max_m, options_.verifier.noise);
@@ -61,6 +65,7 @@ Result<MapChange> MapBuilder::addKeyframe(const Keyframe& keyframe, uint32_t rob
   const auto poses =
       change.poses_changed ? posesOf(anchor) : std::map<KeyframeId, Pose>{{keyframe.id, T_map_cam_.at(keyframe.id)}};
   if (auto stored = store_.setPoses(change.map, poses); !stored) return stored.error();
+  if (auto committed = transaction->commit(); !committed) return committed.error();
   return change;
 }
 
@@ -175,9 +180,9 @@ Result<std::vector<PlacedSketch>> MapBuilder::sketchesOf(const KeyframeId& ancho
   return placed;
 }
 
-Result<void> MapBuilder::addEdge(const Closure& closure) {
+Result<void> MapBuilder::addEdge(const Closure& closure, uint32_t merge) {
   const EdgeKind kind = closure.query.robot == closure.candidate.robot ? EdgeKind::kLoop : EdgeKind::kInterRobot;
-  edges_.push_back({closure.candidate, closure.query, kind, closure.T_candidate_query, closure.information});
+  edges_.push_back({closure.candidate, closure.query, kind, closure.T_candidate_query, closure.information, merge});
   return store_.addEdge(edges_.back());
 }
 
@@ -212,7 +217,7 @@ Result<MergeRecord> MapBuilder::merge(const std::vector<Closure>& closures) {
   record.keyframes_ingested = static_cast<uint32_t>(by_index_.size());
   for (const Closure& closure : closures) {
     record.voters.push_back(closure.query);
-    if (auto added = addEdge(closure); !added) return added.error();
+    if (auto added = addEdge(closure, record.number); !added) return added.error();
   }
   if (auto stored = store_.addMerge(record); !stored) return stored.error();
   return record;
@@ -246,6 +251,8 @@ Result<void> MapBuilder::storePoses() {
 }
 
 Result<void> MapBuilder::rebuild(const std::function<void(size_t, size_t)>& progress) {
+  for (const KeyframeId& id : unfused_) stale_.insert(components_.anchorOf(id));
+  unfused_.clear();
   size_t all = 0, done = 0;
   for (const KeyframeId& anchor : stale_) all += components_.members(anchor).size();
   while (!stale_.empty()) {

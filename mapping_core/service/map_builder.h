@@ -2,6 +2,7 @@
 // through it once: pose from odometry, fusion, place search, verification, vote, merge, graph.
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -11,7 +12,7 @@
 
 #include "mapping_core/ferns/place_index.h"
 #include "mapping_core/graph/keyframe_graph.h"
-#include "mapping_core/merge/component.h"
+#include "mapping_core/merge/standing.h"
 #include "mapping_core/store/map_store.h"
 #include "mapping_core/surfels/surfel_map.h"
 #include "mapping_core/verify/match_verifier.h"
@@ -39,17 +40,36 @@ struct MapChange {
   MapId map;
   std::vector<MatchVerdict> verdicts;
   std::vector<MergeRecord> merges;
-  bool poses_changed = false;  ///< of keyframes that were there before
+  std::vector<MergeRecord> undone;  ///< merges that were taken back
+  bool poses_changed = false;       ///< of keyframes that were there before
 };
 
-/// Thread rule: one thread. Keyframes, edges, verdicts and merges are in the store before a call returns; poses that
-/// the graph moved by less than `move_m` only after storePoses().
+/// Thread rule: one thread. What a call changes of keyframes, edges, verdicts and merges is in the store before it
+/// returns, all of it or nothing; poses that the graph moved by less than `move_m` only after storePoses().
 class MapBuilder {
  public:
   MapBuilder(gpu::Device& device, MapStore& store, const MapBuilderOptions& options);
 
   /// Takes in one keyframe. `robot_index` = position of its robot in order of first arrival.
   Result<MapChange> addKeyframe(const Keyframe& keyframe, uint32_t robot_index);
+
+  /// Takes a merge back: its closures are withdrawn, and with them every edge that ties what it had tied; the maps
+  /// come apart and have the poses they would have without it. The withdrawn edges stay in the store and never join
+  /// these maps again unless rejoin() is called. Surfels of the parts are fused anew by catchUp().
+  /// kWrongUse if there is no such merge, it is undone already, or `reason` is empty.
+  Result<MapChange> split(uint32_t merge, const std::string& reason);
+  /// Takes a split() back. kWrongUse if the merge is not undone, was undone with another, or its maps were joined
+  /// otherwise since.
+  Result<MapChange> rejoin(uint32_t merge);
+
+  /// Fuses up to `keyframes` of those whose surfels are missing since a split. True if none is left.
+  /// addKeyframe() begins with the rest of them.
+  Result<bool> catchUp(size_t keyframes);
+  bool caughtUp() const { return unfused_.empty(); }
+
+  /// Computes the poses of all maps anew, as a pure function of the stored edges and merges: not of the order in which
+  /// they came. Call before rebuild() and storePoses() at the end.
+  Result<void> settle();
 
   /// Fuses every map anew whose keyframes have moved, in the order of their ids: the map as a function of keyframes
   /// and poses. `progress` (may be empty) hears (done, all) keyframes.
@@ -75,11 +95,13 @@ class MapBuilder {
   Result<Evidence> weighMerge(const std::vector<Closure>& closures);
   Result<std::vector<PlacedSketch>> sketchesOf(const KeyframeId& anchor);
   Result<MergeRecord> merge(const std::vector<Closure>& closures);
-  Result<void> addEdge(const Closure& closure);
+  Result<void> addEdge(const Closure& closure, uint32_t merge = 0);
   Result<bool> optimise(const KeyframeId& anchor);
   Result<std::shared_ptr<const KeyframeView>> viewOf(const KeyframeId& id);
   Result<Keyframe> load(const KeyframeId& id) const;
   std::map<KeyframeId, Pose> posesOf(const KeyframeId& anchor) const;
+  Result<Standing> readStanding() const;
+  Result<void> reshape(Standing standing, const std::set<KeyframeId>& changed);
 
   gpu::Device& device_;
   MapStore& store_;
@@ -92,6 +114,7 @@ class MapBuilder {
   ComponentSet components_;
   std::map<KeyframeId, SurfelMap> maps_;  // by anchor
   std::set<KeyframeId> stale_;            // anchors of maps whose surfels were moved since they were fused
+  std::deque<KeyframeId> unfused_;        // have a pose, but their map's surfels were thrown away
   PlaceIndex places_;
   VoteBox votes_;
   MatchVerifier verifier_;

@@ -10,6 +10,7 @@ namespace comap {
 namespace {
 
 constexpr uint32_t kResendAfterInterests = 6;  // a tile not yet reported as held after so many was lost on the way
+constexpr size_t kFusedAtOnce = 4;             // keyframes whose surfels are missing, between looking for messages
 constexpr double kInterestsPerSecond = 2;      // share of the per-second budget that one interest may use
 
 }  // namespace
@@ -26,11 +27,16 @@ MappingService::MappingService(const ServiceOptions& options, Link& link, MapSto
 
 Result<bool> MappingService::step(std::chrono::milliseconds timeout) {
   bool worked = false;
-  auto delivery = link_.receive(ingest_.hasNext() ? std::chrono::milliseconds(0) : timeout);
+  const bool busy = ingest_.hasNext() || !builder_.caughtUp();
+  auto delivery = link_.receive(busy ? std::chrono::milliseconds(0) : timeout);
   while (delivery) {
     worked = true;
     if (auto handled = handle(*delivery); !handled) return handled.error();
     delivery = link_.receive(std::chrono::milliseconds(0));
+  }
+  if (!builder_.caughtUp()) {
+    if (auto fused = builder_.catchUp(kFusedAtOnce); !fused) return fused.error();
+    return true;
   }
   if (!ingest_.hasNext()) return worked;
   if (auto mapped = mapNext(); !mapped) return mapped.error();
@@ -117,12 +123,19 @@ Result<void> MappingService::mapNext() {
     tiles_.drop(merge.absorbed);
     send(Topic::kMerge, "", encodeMergeRecord(merge));
   }
+  for (const MergeRecord& merge : change->undone) {
+    log_("maps " + merge.kept + " and " + merge.absorbed + " are two again: " + merge.undone);
+    send(Topic::kMerge, "", encodeMergeRecord(merge));
+  }
+  if (!change->undone.empty())
+    for (const KeyframeId& changed : builder_.components().anchors()) ++unpublished_[changed];
   const KeyframeId anchor = builder_.components().anchorOf(id);
   std::erase_if(unpublished_,
                 [&](const auto& entry) { return builder_.components().anchorOf(entry.first) != entry.first; });
   ++unpublished_[anchor];
   if (auto corrected = publishCorrections(); !corrected) return corrected;
-  if (unpublished_[anchor] >= options_.tile_every_keyframes || !change->merges.empty())
+  const bool due = unpublished_[anchor] >= options_.tile_every_keyframes || !change->merges.empty();
+  if (due && builder_.caughtUp())
     if (auto refreshed = refreshTilesOf(anchor); !refreshed) return refreshed;
 
   if (RobotRecord* record = registry_.served(id.robot, id.session)) {
@@ -209,10 +222,11 @@ Result<void> MappingService::refreshTilesOf(const KeyframeId& anchor) {
 
 bool MappingService::quiet() const {
   constexpr std::chrono::milliseconds kWhile(300);
-  return !ingest_.hasNext() && std::chrono::steady_clock::now() - last_mapped_ > kWhile;
+  return !ingest_.hasNext() && builder_.caughtUp() && std::chrono::steady_clock::now() - last_mapped_ > kWhile;
 }
 
 Result<void> MappingService::refreshTiles() {
+  if (!builder_.caughtUp()) return {};  // half a map would take back tiles that are coming again
   while (!unpublished_.empty()) {
     const KeyframeId anchor = unpublished_.begin()->first;
     if (auto refreshed = refreshTilesOf(anchor); !refreshed) return refreshed;
@@ -223,6 +237,7 @@ Result<void> MappingService::refreshTiles() {
 Result<void> MappingService::finish(const std::function<void(size_t, size_t)>& progress) {
   while (ingest_.hasNext())
     if (auto mapped = mapNext(); !mapped) return mapped;
+  if (auto settled = builder_.settle(); !settled) return settled;
   if (auto stored = builder_.storePoses(); !stored) return stored;
   if (auto rebuilt = builder_.rebuild(progress); !rebuilt) return rebuilt;
   std::vector<Tile> all;

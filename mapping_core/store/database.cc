@@ -234,6 +234,8 @@ void Database::leaveWal() {
   sqlite3_exec(handle_, "PRAGMA journal_mode = DELETE", nullptr, nullptr, nullptr);  // busy: stays in its log, as well
 }
 
+bool Database::inTransaction() const { return sqlite3_get_autocommit(handle_) == 0; }
+
 int Database::changes() const { return sqlite3_changes(handle_); }
 
 Error Database::error(int code) const {
@@ -242,17 +244,19 @@ Error Database::error(int code) const {
 }
 
 Result<Transaction> Transaction::begin(Database& database) {
-  if (Result<void> begun = database.execute("BEGIN IMMEDIATE"); !begun) return begun.error();
-  return Transaction(database);
+  const bool nested = database.inTransaction();
+  if (Result<void> begun = database.execute(nested ? "SAVEPOINT inner" : "BEGIN IMMEDIATE"); !begun)
+    return begun.error();
+  return Transaction(database, nested);
 }
 
 Transaction::~Transaction() {
   // Fails only where SQLite has rolled back already.
-  if (database_ != nullptr) (void)bool(database_->execute("ROLLBACK"));
+  if (database_ != nullptr) (void)bool(database_->execute(nested_ ? "ROLLBACK TO inner; RELEASE inner" : "ROLLBACK"));
 }
 
 Result<void> Transaction::commit() {
-  Result<void> committed = database_->execute("COMMIT");
+  Result<void> committed = database_->execute(nested_ ? "RELEASE inner" : "COMMIT");
   if (committed) database_ = nullptr;
   return committed;
 }

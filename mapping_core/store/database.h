@@ -72,6 +72,7 @@ class Database {
   /// The single integer a statement yields.
   Result<int64_t> integer(const char* sql);
   int changes() const;
+  bool inTransaction() const;
   /// Puts everything into the one file, if no other connection is open: a finished store can then be read from a
   /// folder that cannot be written, and reading it leaves nothing behind.
   void leaveWal();
@@ -86,18 +87,21 @@ class Database {
   std::map<const char*, sqlite3_stmt*> statements_;
 };
 
-/// Rolled back unless committed.
+/// Rolled back unless committed. One begun within another is part of it: durable when the outer one is committed.
 class Transaction {
  public:
   static Result<Transaction> begin(Database& database);
-  Transaction(Transaction&& other) noexcept : database_(other.database_) { other.database_ = nullptr; }
+  Transaction(Transaction&& other) noexcept : database_(other.database_), nested_(other.nested_) {
+    other.database_ = nullptr;
+  }
   Transaction& operator=(Transaction&&) = delete;
   ~Transaction();
   Result<void> commit();
 
  private:
-  explicit Transaction(Database& database) : database_(&database) {}
+  Transaction(Database& database, bool nested) : database_(&database), nested_(nested) {}
   Database* database_;
+  bool nested_;
 };
 
 }  // namespace comap

@@ -17,7 +17,7 @@ Result<void> checkFile(const std::string& path, MapStore::Mode mode) {
   std::error_code code;
   const fs::file_status status = fs::status(path, code);
   if (status.type() == fs::file_type::not_found) {
-    if (mode == MapStore::Mode::kReadOnly) return Error{ErrorCode::kUnreachable, path + ": no such file"};
+    if (mode != MapStore::Mode::kCreateOrOpen) return Error{ErrorCode::kUnreachable, path + ": no such file"};
     const fs::path folder = fs::absolute(path, code).parent_path();
     if (!fs::is_directory(folder, code)) {
       return Error{ErrorCode::kUnreachable, path + ": its folder " + folder.string() + " does not exist"};
@@ -60,8 +60,8 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
 
   Result<bool> ours = checkSchema(*database);
   if (!ours) return ours.error();
+  if (mode != Mode::kCreateOrOpen && !*ours) return Error{ErrorCode::kBadData, absolute + ": is empty, no map store"};
   if (mode == Mode::kReadOnly) {
-    if (!*ours) return Error{ErrorCode::kBadData, absolute + ": is empty, no map store"};
     return MapStore(std::make_unique<State>(std::move(*database), mode));
   }
   for (const char* pragma : {"PRAGMA journal_mode = WAL", "PRAGMA synchronous = FULL", "PRAGMA foreign_keys = ON"}) {
@@ -71,6 +71,17 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
     if (Result<void> created = createSchema(*database); !created) return created.error();
   }
   return MapStore(std::make_unique<State>(std::move(*database), mode));
+}
+
+StoreTransaction::StoreTransaction(std::unique_ptr<Transaction> transaction) : transaction_(std::move(transaction)) {}
+StoreTransaction::StoreTransaction(StoreTransaction&&) noexcept = default;
+StoreTransaction::~StoreTransaction() = default;
+Result<void> StoreTransaction::commit() { return transaction_->commit(); }
+
+Result<StoreTransaction> MapStore::begin() {
+  Result<Transaction> transaction = Transaction::begin(state_->database);
+  if (!transaction) return transaction.error();
+  return StoreTransaction(std::make_unique<Transaction>(std::move(*transaction)));
 }
 
 Result<bool> MapStore::addKeyframe(const KeyframeId& id, int64_t stamp_ns, std::span<const uint8_t> encoded) {

@@ -27,15 +27,35 @@ struct StoredKeyframe {
   size_t bytes = 0;  ///< of the encoded keyframe
 };
 
+/// An edge that was accepted and went when a merge was undone.
+struct WithdrawnEdge {
+  Edge edge;
+  uint32_t withdrawn_by = 0;  ///< number of that merge
+};
+
+/// All that is written until commit() becomes durable together, or nothing of it. Must not outlive its store.
+class StoreTransaction {
+ public:
+  explicit StoreTransaction(std::unique_ptr<class Transaction> transaction);
+  StoreTransaction(StoreTransaction&&) noexcept;
+  ~StoreTransaction();
+  Result<void> commit();
+
+ private:
+  std::unique_ptr<class Transaction> transaction_;
+};
+
 /// Thread rule: one thread at a time.
 class MapStore {
  public:
-  enum class Mode { kCreateOrOpen, kReadOnly };
+  enum class Mode { kCreateOrOpen, kOpen, kReadOnly };
   /// kUnreachable if the file cannot be opened; kBadData if it is no map store or of another schema version.
   static Result<MapStore> open(const std::string& path, Mode mode);
   MapStore(MapStore&&) noexcept;
   MapStore& operator=(MapStore&&) noexcept;
   ~MapStore();
+
+  Result<StoreTransaction> begin();
 
   /// Idempotent by id: true if it was new. `encoded` is the keyframe message as received.
   Result<bool> addKeyframe(const KeyframeId& id, int64_t stamp_ns, std::span<const uint8_t> encoded);
@@ -44,12 +64,22 @@ class MapStore {
 
   /// An edge of the same kind between the same keyframes, in this direction, is replaced in its place.
   Result<void> addEdge(const Edge& edge);
+  /// Those that hold, in order of addition.
   Result<std::vector<Edge>> edges() const;
+  Result<std::vector<WithdrawnEdge>> withdrawnEdges() const;
+  /// The edge is kept, but holds no longer because `merge` was undone; 0: it holds again. kWrongUse if there is none.
+  Result<void> withdrawEdge(const Edge& edge, uint32_t merge);
   Result<void> addVerdict(const MatchVerdict& verdict);
   Result<std::vector<MatchVerdict>> verdicts() const;
   /// A record of the same number is replaced.
   Result<void> addMerge(const MergeRecord& merge);
+  /// Undone ones too, in order of their numbers.
   Result<std::vector<MergeRecord>> merges() const;
+  /// Notes that `merge` was undone, together with `undone_by` (itself or another); an empty `reason`: it holds again.
+  /// kWrongUse if there is none.
+  Result<void> undoMerge(uint32_t merge, const std::string& reason, uint32_t undone_by);
+  /// Numbers of the merges that were undone together with `merge`, itself included.
+  Result<std::vector<uint32_t>> mergesUndoneBy(uint32_t merge) const;
 
   /// Replaces poses and map names of the given keyframes in one transaction; kWrongUse, and nothing
   /// changes, if one is not in the store.

@@ -12,7 +12,7 @@ namespace {
   "i30, i31, i32, i33, i34, i35, i40, i41, i42, i43, i44, i45, i50, i51, i52, i53, i54, i55"
 #define COMAP_EDGE_COLUMNS                                                                                \
   "kind, from_robot, from_session, from_sequence, to_robot, to_session, to_sequence, " COMAP_POSE_COLUMNS \
-  ", " COMAP_INFORMATION_COLUMNS
+  ", " COMAP_INFORMATION_COLUMNS ", merge, withdrawn_by"
 #define COMAP_VERDICT_COLUMNS                                                                            \
   "query_robot, query_session, query_sequence, candidate_robot, candidate_session, candidate_sequence, " \
   "accepted, reason, fern_dissimilarity, inlier_ratio, rms_sigma, degeneracy, photometric_median, "      \
@@ -29,6 +29,28 @@ Result<EdgeKind> kindOf(const std::string& name, const std::string& path) {
   }
   return Error{ErrorCode::kBadData,
                path + ": edge kind is '" + name + "', expected odometry, loop, inter_robot or covisibility"};
+}
+
+Result<std::vector<WithdrawnEdge>> readEdges(Database& database, const char* sql) {
+  Result<Query> query = database.query(sql);
+  if (!query) return query.error();
+  std::vector<WithdrawnEdge> result;
+  for (;;) {
+    const Result<bool> row = query->step();
+    if (!row) return row.error();
+    if (!*row) return result;
+    WithdrawnEdge one;
+    const Result<EdgeKind> kind = kindOf(query->text(), database.path());
+    if (!kind) return kind.error();
+    one.edge.kind = *kind;
+    one.edge.from = query->keyframeId();
+    one.edge.to = query->keyframeId();
+    one.edge.T_from_to = query->pose();
+    one.edge.information = query->matrix();
+    one.edge.merge = query->unsigned32();
+    one.withdrawn_by = query->unsigned32();
+    result.push_back(std::move(one));
+  }
 }
 
 // Statements of a merge's lists: ?1 the merge, ?2 the position.
@@ -77,9 +99,9 @@ Result<void> MapStore::addEdge(const Edge& edge) {
   // A later estimate of the same tie replaces the earlier one, in its place.
   static const std::string kSql = [] {
     std::string sql = "INSERT INTO edges (" COMAP_EDGE_COLUMNS ") VALUES (" COMAP_7 ", " COMAP_7 ", " COMAP_36
-                      ") ON CONFLICT (kind, from_robot, from_session, from_sequence, to_robot, to_session, "
+                      ", ?, 0) ON CONFLICT (kind, from_robot, from_session, from_sequence, to_robot, to_session, "
                       "to_sequence) DO UPDATE SET ";
-    const std::string columns = COMAP_POSE_COLUMNS ", " COMAP_INFORMATION_COLUMNS ", ";
+    const std::string columns = COMAP_POSE_COLUMNS ", " COMAP_INFORMATION_COLUMNS ", merge, withdrawn_by, ";
     for (size_t at = 0; at < columns.size();) {
       const size_t end = columns.find(", ", at);
       const std::string name = columns.substr(at, end - at);
@@ -96,27 +118,35 @@ Result<void> MapStore::addEdge(const Edge& edge) {
       .bind(edge.to)
       .bind(edge.T_from_to)
       .bind(edge.information)
+      .bind(int64_t{edge.merge})
       .run();
 }
 
 Result<std::vector<Edge>> MapStore::edges() const {
-  Result<Query> query = state_->database.query("SELECT " COMAP_EDGE_COLUMNS " FROM edges ORDER BY number");
-  if (!query) return query.error();
+  const auto read =
+      readEdges(state_->database, "SELECT " COMAP_EDGE_COLUMNS " FROM edges WHERE withdrawn_by = 0 ORDER BY number");
+  if (!read) return read.error();
   std::vector<Edge> result;
-  for (;;) {
-    const Result<bool> row = query->step();
-    if (!row) return row.error();
-    if (!*row) return result;
-    Edge edge;
-    const Result<EdgeKind> kind = kindOf(query->text(), state_->database.path());
-    if (!kind) return kind.error();
-    edge.kind = *kind;
-    edge.from = query->keyframeId();
-    edge.to = query->keyframeId();
-    edge.T_from_to = query->pose();
-    edge.information = query->matrix();
-    result.push_back(std::move(edge));
-  }
+  for (const WithdrawnEdge& one : *read) result.push_back(one.edge);
+  return result;
+}
+
+Result<std::vector<WithdrawnEdge>> MapStore::withdrawnEdges() const {
+  return readEdges(state_->database,
+                   "SELECT " COMAP_EDGE_COLUMNS " FROM edges WHERE withdrawn_by <> 0 ORDER BY number");
+}
+
+Result<void> MapStore::withdrawEdge(const Edge& edge, uint32_t merge) {
+  Database& database = state_->database;
+  Result<Query> query = database.query(
+      "UPDATE edges SET withdrawn_by = ?8 WHERE kind = ?1 AND from_robot = ?2 AND from_session = ?3 AND "
+      "from_sequence = ?4 AND to_robot = ?5 AND to_session = ?6 AND to_sequence = ?7");
+  if (!query) return query.error();
+  query->bind(std::string(kKindNames.at(size_t(edge.kind)))).bind(edge.from).bind(edge.to).bind(int64_t{merge});
+  if (Result<void> ran = query->run(); !ran) return ran;
+  if (database.changes() > 0) return {};
+  return Error{ErrorCode::kWrongUse,
+               database.path() + ": holds no edge from " + toString(edge.from) + " to " + toString(edge.to)};
 }
 
 Result<void> MapStore::addVerdict(const MatchVerdict& v) {
@@ -163,18 +193,22 @@ Result<void> MapStore::addMerge(const MergeRecord& merge) {
   Result<Query> remove = database.query("DELETE FROM merges WHERE number = ?");
   if (!remove) return remove.error();
   if (Result<void> ran = remove->bind(int64_t{merge.number}).run(); !ran) return ran;
-  Result<Query> query = database.query("INSERT INTO merges (number, kept, absorbed, " COMAP_POSE_COLUMNS
-                                       ", keyframes_ingested) VALUES (?, ?, ?, " COMAP_7 ", ?)");
+  Result<Query> query =
+      database.query("INSERT INTO merges (number, kept, absorbed, " COMAP_POSE_COLUMNS
+                     ", keyframes_ingested, undone, undone_by) VALUES (?, ?, ?, " COMAP_7 ", ?, ?, ?)");
   if (!query) return query.error();
   query->bind(int64_t{merge.number}).bind(merge.kept).bind(merge.absorbed).bind(merge.T_kept_absorbed);
-  if (Result<void> ran = query->bind(int64_t{merge.keyframes_ingested}).run(); !ran) return ran;
+  query->bind(int64_t{merge.keyframes_ingested})
+      .bind(merge.undone)
+      .bind(int64_t{merge.undone.empty() ? 0 : merge.number});
+  if (Result<void> ran = query->run(); !ran) return ran;
   if (Result<void> added = addMergeLists(database, merge); !added) return added;
   return transaction->commit();
 }
 
 Result<std::vector<MergeRecord>> MapStore::merges() const {
-  Result<Query> query = state_->database.query("SELECT number, kept, absorbed, keyframes_ingested, " COMAP_POSE_COLUMNS
-                                               " FROM merges ORDER BY number");
+  Result<Query> query = state_->database.query(
+      "SELECT number, kept, absorbed, keyframes_ingested, undone, " COMAP_POSE_COLUMNS " FROM merges ORDER BY number");
   if (!query) return query.error();
   std::vector<MergeRecord> result;
   for (;;) {
@@ -186,9 +220,33 @@ Result<std::vector<MergeRecord>> MapStore::merges() const {
     merge.kept = query->text();
     merge.absorbed = query->text();
     merge.keyframes_ingested = query->unsigned32();
+    merge.undone = query->text();
     merge.T_kept_absorbed = query->pose();
     if (Result<void> lists = readMergeLists(state_->database, merge); !lists) return lists.error();
     result.push_back(std::move(merge));
+  }
+}
+
+Result<void> MapStore::undoMerge(uint32_t merge, const std::string& reason, uint32_t undone_by) {
+  Database& database = state_->database;
+  Result<Query> query = database.query("UPDATE merges SET undone = ?2, undone_by = ?3 WHERE number = ?1");
+  if (!query) return query.error();
+  query->bind(int64_t{merge}).bind(reason).bind(int64_t{reason.empty() ? 0 : undone_by});
+  if (Result<void> ran = query->run(); !ran) return ran;
+  if (database.changes() > 0) return {};
+  return Error{ErrorCode::kWrongUse, database.path() + ": holds no merge " + std::to_string(merge)};
+}
+
+Result<std::vector<uint32_t>> MapStore::mergesUndoneBy(uint32_t merge) const {
+  Result<Query> query = state_->database.query("SELECT number FROM merges WHERE undone_by = ? ORDER BY number");
+  if (!query) return query.error();
+  query->bind(int64_t{merge});
+  std::vector<uint32_t> result;
+  for (;;) {
+    const Result<bool> row = query->step();
+    if (!row) return row.error();
+    if (!*row) return result;
+    result.push_back(query->unsigned32());
   }
 }
 

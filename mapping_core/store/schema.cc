@@ -39,6 +39,8 @@ CREATE TABLE edges (
   to_robot TEXT NOT NULL, to_session INTEGER NOT NULL, to_sequence INTEGER NOT NULL,
   qx REAL, qy REAL, qz REAL, qw REAL, tx REAL, ty REAL, tz REAL,
   @INFORMATION@,
+  merge INTEGER NOT NULL,         -- whose closure it is; 0: none
+  withdrawn_by INTEGER NOT NULL,  -- the merge with whose undoing it went; 0: it holds
   UNIQUE (kind, from_robot, from_session, from_sequence, to_robot, to_session, to_sequence)
 ) STRICT;
 
@@ -53,14 +55,16 @@ CREATE TABLE verdicts (
   qx REAL, qy REAL, qz REAL, qw REAL, tx REAL, ty REAL, tz REAL,
   @INFORMATION@
 ) STRICT;
-CREATE INDEX verdicts_by_reason ON verdicts (reason);
+CREATE INDEX verdicts_by_reason ON verdicts (accepted, reason);
 
 CREATE TABLE merges (
   number INTEGER PRIMARY KEY,
   kept TEXT NOT NULL,
   absorbed TEXT NOT NULL,
   qx REAL, qy REAL, qz REAL, qw REAL, tx REAL, ty REAL, tz REAL,
-  keyframes_ingested INTEGER NOT NULL
+  keyframes_ingested INTEGER NOT NULL,
+  undone TEXT NOT NULL,        -- why; empty: it holds
+  undone_by INTEGER NOT NULL   -- the merge with whose undoing it went, itself or another; 0: it holds
 ) STRICT;
 CREATE TABLE merge_robots (
   merge INTEGER NOT NULL REFERENCES merges (number) ON DELETE CASCADE,
@@ -136,8 +140,9 @@ Result<bool> checkSchema(Database& database) {
   }
   if (*version != kStoreVersion) {
     return Error{ErrorCode::kBadData, database.path() + ": schema version " + std::to_string(*version) +
-                                          (*version > kStoreVersion ? " is newer than " : " is not ") +
-                                          std::to_string(kStoreVersion) + ", which this program reads"};
+                                          (*version > kStoreVersion ? " is newer than " : " is older than ") +
+                                          std::to_string(kStoreVersion) + ", the only one this program reads" +
+                                          (*version < kStoreVersion ? "; make the map again from the recordings" : "")};
   }
   return true;
 }

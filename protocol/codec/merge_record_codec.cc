@@ -15,7 +15,8 @@ codec::Check check(const MergeRecord& merge) {
       .map("absorbed", merge.absorbed)
       .pose("T_kept_absorbed", merge.T_kept_absorbed)
       .count("robots", merge.robots.size(), kMaxMergeRobots)
-      .count("voters", merge.voters.size(), kMaxMergeVoters);
+      .count("voters", merge.voters.size(), kMaxMergeVoters)
+      .text("undone", merge.undone);
   if (!check.ok()) return check;
   for (const std::string& robot : merge.robots) check.robot("robots", robot);
   for (const KeyframeId& voter : merge.voters) check.id("voters", voter);
@@ -34,6 +35,7 @@ Result<std::vector<uint8_t>> encodeMergeRecord(const MergeRecord& merge) {
   for (const std::string& robot : merge.robots) message.add_robots(robot);
   for (const KeyframeId& voter : merge.voters) codec::write(voter, message.add_voters());
   message.set_keyframes_ingested(merge.keyframes_ingested);
+  message.set_undone(merge.undone);
   return codec::serialise(message, "merge", kMaxListMessageBytes);
 }
 
@@ -47,7 +49,8 @@ Result<MergeRecord> decodeMergeRecord(std::span<const uint8_t> bytes) {
                          .count("voters", static_cast<size_t>(message->voters_size()), kMaxMergeVoters);
   if (!sized.ok()) return sized.error(ErrorCode::kBadData);
   MergeRecord merge{
-      message->number(), message->kept(), message->absorbed(), *pose, {}, {}, message->keyframes_ingested()};
+      message->number(), message->kept(), message->absorbed(), *pose, {}, {}, message->keyframes_ingested(),
+      message->undone()};
   merge.robots.assign(message->robots().begin(), message->robots().end());
   for (const v1::KeyframeId& voter : message->voters()) merge.voters.push_back(codec::readId(voter));
   if (const auto checked = check(merge); !checked.ok()) return checked.error(ErrorCode::kBadData);

@@ -27,7 +27,7 @@ struct Acknowledgement {
   uint32_t next_expected = 0;
   std::vector<uint32_t> also_held;
   uint32_t mapped_below = 0;  ///< every sequence below is in the map too
-  std::string refusal;  ///< empty = welcome
+  std::string refusal;        ///< empty = welcome
 };
 
 /// Core -> robot: where the robot's odometry frame stands in the map it belongs to. Always before tiles of it.
@@ -90,9 +90,10 @@ struct MergeRecord {
   uint32_t number = 0;
   MapId kept, absorbed;
   Pose T_kept_absorbed;
-  std::vector<std::string> robots;     ///< of the joint map, sorted
-  std::vector<KeyframeId> voters;      ///< query keyframes of the closures that agreed
-  uint32_t keyframes_ingested = 0;     ///< the core's count when it happened
+  std::vector<std::string> robots;  ///< of the joint map, sorted
+  std::vector<KeyframeId> voters;   ///< query keyframes of the closures that agreed
+  uint32_t keyframes_ingested = 0;  ///< the core's count when it happened
+  std::string undone;               ///< why it was taken back; empty = it holds
 };
 
 /// Core -> all.

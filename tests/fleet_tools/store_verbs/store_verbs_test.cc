@@ -73,7 +73,7 @@ class StoreVerbs : public ::testing::Test {
     verdict.reason = "round_trip";
     ASSERT_TRUE(store->addVerdict(verdict));
     ASSERT_TRUE(store->addVerdict(verdict));
-    ASSERT_TRUE(store->addMerge({1, "alpha-5-0", "bravo-5-0", {}, {"alpha", "bravo"}, {idOf("bravo", 1)}, 6}));
+    ASSERT_TRUE(store->addMerge({1, "alpha-5-0", "bravo-5-0", {}, {"alpha", "bravo"}, {idOf("bravo", 1)}, 6, {}}));
   }
 
   Outcome fleet(const std::string& arguments) {
@@ -113,7 +113,7 @@ TEST_F(StoreVerbs, infoTellsWhatIsThere) {
   const auto info = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(info["keyframes"], 6);
   EXPECT_EQ(info["version"], "0.1.0");
-  EXPECT_EQ(info["schema_version"], 1);
+  EXPECT_EQ(info["schema_version"], 2);
   EXPECT_EQ(info["robots"][1]["name"], "bravo");
   EXPECT_EQ(info["robots"][1]["keyframes"], 3);
   EXPECT_EQ(info["robots"][1]["bytes"], 3000);

@@ -29,7 +29,7 @@ class MapStoreDamageTest : public StoreTest {
     }
     MatchVerdict verdict{idOf(1), idOf(2), true, "accepted", 0, 0, 0, 0, 0, 0, 0, 0, poseOf(1), matrixOf(1)};
     ASSERT_TRUE(store->addVerdict(verdict));
-    ASSERT_TRUE(store->addMerge({1, "a", "b", poseOf(1), {"alpha"}, {idOf(1)}, 3}));
+    ASSERT_TRUE(store->addMerge({1, "a", "b", poseOf(1), {"alpha"}, {idOf(1)}, 3, {}}));
     std::vector<Tile> tiles;
     for (int i = 0; i < 6; ++i) tiles.push_back(tileOf("m", i, 0, 0, 800, uint32_t(i)));
     ASSERT_TRUE(store->setTiles(tiles));
@@ -124,7 +124,7 @@ TEST_F(MapStoreDamageTest, whatIsNoMapStoreIsLeftAlone) {
   fs::remove(path_);
   fill();
   sql("PRAGMA user_version = 9");
-  refuse("schema version 9 is newer than 1");
+  refuse("schema version 9 is newer than 2");
 
   write("");
   const auto empty = read();

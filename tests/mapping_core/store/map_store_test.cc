@@ -102,7 +102,8 @@ TEST_F(MapStoreTest, verdictsKeepEveryNumber) {
 TEST_F(MapStoreTest, mergesKeepRobotsAndVoters) {
   auto store = create();
   ASSERT_TRUE(store);
-  const MergeRecord merge{4, "alpha-1-0", "bravo-1-0", poseOf(1), {"alpha", "bravo"}, {idOf(5), idOf(3, "bravo")}, 17};
+  const MergeRecord merge{4,  "alpha-1-0", "bravo-1-0", poseOf(1), {"alpha", "bravo"}, {idOf(5), idOf(3, "bravo")},
+                          17, {}};
   ASSERT_TRUE(store->addMerge(merge));
   MergeRecord other = merge;
   other.number = 2;
@@ -120,6 +121,63 @@ TEST_F(MapStoreTest, mergesKeepRobotsAndVoters) {
   EXPECT_EQ((*back)[1].voters, merge.voters);
   EXPECT_EQ((*back)[1].keyframes_ingested, 17u);
   expectSame((*back)[1].T_kept_absorbed, merge.T_kept_absorbed);
+}
+
+TEST_F(MapStoreTest, withdrawnEdgesAndUndoneMergesAreKeptApart) {
+  auto store = create();
+  ASSERT_TRUE(store);
+  Edge edge{idOf(1), idOf(2, "bravo"), EdgeKind::kInterRobot, poseOf(1), matrixOf(1), 4};
+  const Edge loop{idOf(1), idOf(2), EdgeKind::kLoop, poseOf(2), matrixOf(2), 0};
+  ASSERT_TRUE(store->addEdge(edge));
+  ASSERT_TRUE(store->addEdge(loop));
+  ASSERT_TRUE(store->withdrawEdge(edge, 3));
+  auto holding = store->edges();
+  ASSERT_TRUE(holding);
+  ASSERT_EQ(holding->size(), 1u);
+  EXPECT_EQ((*holding)[0].kind, EdgeKind::kLoop);
+  const auto withdrawn = read()->withdrawnEdges();
+  ASSERT_TRUE(withdrawn) << withdrawn.error().text;
+  ASSERT_EQ(withdrawn->size(), 1u);
+  EXPECT_EQ((*withdrawn)[0].withdrawn_by, 3u);
+  EXPECT_EQ((*withdrawn)[0].edge.merge, 4u);
+  EXPECT_EQ((*withdrawn)[0].edge.information, edge.information);
+  ASSERT_TRUE(store->withdrawEdge(edge, 0));
+  EXPECT_EQ(store->edges()->size(), 2u);
+  edge.to.sequence = 99;
+  EXPECT_EQ(store->withdrawEdge(edge, 1).error().code, ErrorCode::kWrongUse);
+
+  for (const uint32_t number : {3u, 4u})
+    ASSERT_TRUE(store->addMerge({number, "a", "b", {}, {"alpha"}, {idOf(1)}, 3, {}}));
+  ASSERT_TRUE(store->undoMerge(3, "walls disagree", 3));
+  ASSERT_TRUE(store->undoMerge(4, "with it", 3));
+  EXPECT_EQ(read()->merges()->front().undone, "walls disagree");
+  EXPECT_EQ(*store->mergesUndoneBy(3), (std::vector<uint32_t>{3, 4}));
+  ASSERT_TRUE(store->undoMerge(3, "", 0));
+  EXPECT_EQ(*store->mergesUndoneBy(3), std::vector<uint32_t>{4});
+  EXPECT_TRUE(store->merges()->front().undone.empty());
+  EXPECT_EQ(store->undoMerge(9, "x", 9).error().code, ErrorCode::kWrongUse);
+}
+
+TEST_F(MapStoreTest, aTransactionHoldsAsAWholeOrNotAtAll) {
+  auto store = create();
+  ASSERT_TRUE(store);
+  ASSERT_TRUE(store->addKeyframe(idOf(0), 0, bytesOf(1, 10)));
+  {
+    auto abandoned = store->begin();
+    ASSERT_TRUE(abandoned);
+    ASSERT_TRUE(store->setPoses("m", {{idOf(0), poseOf(1)}}));
+    ASSERT_TRUE(store->addMerge({1, "a", "b", {}, {"alpha"}, {idOf(1)}, 3, {}}));
+    EXPECT_EQ(store->merges()->size(), 1u);
+  }
+  EXPECT_TRUE(store->merges()->empty());
+  EXPECT_TRUE(store->keyframes()->front().map.empty());
+  auto kept = store->begin();
+  ASSERT_TRUE(kept);
+  ASSERT_TRUE(store->addMerge({1, "a", "b", {}, {"alpha"}, {idOf(1)}, 3, {}}));
+  EXPECT_FALSE(store->setPoses("m", {{idOf(0), poseOf(1)}, {idOf(7), poseOf(1)}}));
+  ASSERT_TRUE(kept->commit());
+  EXPECT_EQ(read()->merges()->size(), 1u);
+  EXPECT_TRUE(read()->keyframes()->front().map.empty()) << "what failed within it left nothing";
 }
 
 TEST_F(MapStoreTest, tilesAreReplacedAsAWhole) {

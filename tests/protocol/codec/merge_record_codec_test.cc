@@ -8,9 +8,14 @@ namespace comap {
 namespace {
 
 MergeRecord sample(samples::Random& random, int voters) {
-  MergeRecord merge{static_cast<uint32_t>(random()), samples::map(random), samples::map(random),
-                    samples::pose(random),           {"a", "b", "c"},      {},
-                    static_cast<uint32_t>(random())};
+  MergeRecord merge{static_cast<uint32_t>(random()),
+                    samples::map(random),
+                    samples::map(random),
+                    samples::pose(random),
+                    {"a", "b", "c"},
+                    {},
+                    static_cast<uint32_t>(random()),
+                    voters % 2 == 0 ? std::string() : std::string("walls disagree")};
   for (; voters > 0; --voters) merge.voters.push_back(samples::id(random));
   return merge;
 }
@@ -30,6 +35,7 @@ TEST(MergeRecordCodec, RoundTrip) {
     EXPECT_EQ(back->robots, merge.robots);
     EXPECT_EQ(back->voters, merge.voters);
     EXPECT_EQ(back->keyframes_ingested, merge.keyframes_ingested);
+    EXPECT_EQ(back->undone, merge.undone);
   }
 }
 
@@ -39,7 +45,9 @@ TEST(MergeRecordCodec, RefusesWhatBreaksALimit) {
   crowded.robots.assign(kMaxMergeRobots + 1, "a");
   nameless.voters[0].robot.clear();
   many.voters.assign(kMaxMergeVoters + 1, {"a", 0, 0});
-  for (const MergeRecord& bad : {crowded, nameless, many}) EXPECT_FALSE(encodeMergeRecord(bad));
+  MergeRecord wordy = sample(random, 1);
+  wordy.undone = std::string(kMaxTextBytes + 1, 'x');
+  for (const MergeRecord& bad : {crowded, nameless, many, wordy}) EXPECT_FALSE(encodeMergeRecord(bad));
 }
 
 TEST(MergeRecordCodec, SurvivesHostileBytes) {

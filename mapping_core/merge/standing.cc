@@ -1,0 +1,72 @@
+#include "mapping_core/merge/standing.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace comap {
+namespace {
+
+using Sides = std::pair<KeyframeId, KeyframeId>;  // anchors, the smaller first
+
+bool inCanonicalOrder(const Edge& a, const Edge& b) {
+  return std::tie(a.to, a.from, a.kind) < std::tie(b.to, b.from, b.kind);
+}
+
+// The closures of one merge by the maps they lie between; none of those that lie within one.
+std::map<Sides, std::vector<Edge>> closuresBySides(const std::vector<Edge>& closures, const ComponentSet& components) {
+  std::map<Sides, std::vector<Edge>> by_sides;
+  for (const Edge& closure : closures) {
+    const KeyframeId from = components.anchorOf(closure.from), to = components.anchorOf(closure.to);
+    if (from != to) by_sides[{std::min(from, to), std::max(from, to)}].push_back(closure);
+  }
+  return by_sides;
+}
+
+}  // namespace
+
+Standing standingOf(std::span<const KeyframeId> keyframes, std::span<const Edge> edges,
+                    std::span<const MergeRecord> merges, size_t votes_needed) {
+  Standing standing;
+  ComponentSet& components = standing.components;
+  for (const KeyframeId& keyframe : keyframes) components.addAlone(keyframe);
+
+  std::vector<Edge> known;
+  for (const Edge& edge : edges) {
+    const bool forward = edge.kind != EdgeKind::kOdometry || edge.from < edge.to;  // whatever a damaged store says
+    const bool ends_known = components.contains(edge.from) && components.contains(edge.to);
+    (forward && ends_known ? known : standing.apart).push_back(edge);
+  }
+  std::sort(known.begin(), known.end(), inCanonicalOrder);
+
+  std::map<uint32_t, std::vector<Edge>> closures_of;
+  for (const Edge& edge : known) {
+    if (edge.kind == EdgeKind::kOdometry)
+      components.join(edge.from, edge.to);
+    else if (edge.merge != 0)
+      closures_of[edge.merge].push_back(edge);
+  }
+  for (const MergeRecord& merge : merges) {
+    if (!merge.undone.empty()) continue;
+    const std::vector<Edge>& closures = closures_of[merge.number];
+    auto by_sides = closuresBySides(closures, components);
+    const auto strongest = std::max_element(by_sides.begin(), by_sides.end(), [](const auto& a, const auto& b) {
+      return a.second.size() < b.second.size();
+    });
+    const size_t needed = std::max<size_t>(1, std::min(votes_needed, merge.voters.size()));
+    const size_t support = strongest != by_sides.end() ? strongest->second.size() : closures.size();
+    if (support < needed) {
+      standing.unsupported.push_back(merge.number);
+      continue;
+    }
+    if (strongest == by_sides.end()) continue;  // they lie within one map by now: an edge like others
+    components.join(strongest->first.first, strongest->first.second);
+    standing.joins.push_back({merge.number, std::move(strongest->second)});
+  }
+  for (Edge& edge : known) {
+    const bool holds = components.together(edge.from, edge.to);
+    (holds ? standing.edges : standing.apart).push_back(std::move(edge));
+  }
+  return standing;
+}
+
+}  // namespace comap

@@ -1,0 +1,27 @@
+// Robots that look around in one analytic room, and what maps their keyframes make.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <vector>
+
+#include "mapping_core/service/map_builder.h"
+
+namespace comap {
+
+/// Keyframe `sequence` of a robot: each looks around from a place of its own, so that all see the same walls. Odometry
+/// is the truth but for noise of a millimetre.
+Keyframe roomKeyframe(char robot, uint32_t sequence);
+
+/// Options with which a few keyframes in the room suffice for loops.
+MapBuilderOptions roomOptions();
+
+/// Puts the keyframe into the store as an ingest would.
+void keep(MapStore& store, const Keyframe& keyframe);
+
+/// A map's name -> hash of its tiles.
+using MapHashes = std::map<MapId, uint64_t>;
+MapHashes hashesOf(MapBuilder& builder);
+
+}  // namespace comap
