@@ -103,18 +103,13 @@ int run(const Arguments& arguments) {
   auto taken = StoreLock::take(config->store);
   if (!taken) return failWith(taken.error());
   lock.emplace(std::move(*taken));
-  const auto held = store->keyframes();
-  if (!held) return failWith(held.error());
-  if (!held->empty())
-    return failWith(
-        {ErrorCode::kWrongUse, config->store + ": holds " + std::to_string(held->size()) +
-                                   " keyframes of an earlier run; give the store of a new run another name"});
   auto link = connectDds(config->link);
   if (!link) return failWith(link.error());
   const auto log = [](const std::string& line) { std::fprintf(stderr, "%s\n", line.c_str()); };
   log("mapping core on " + device->info().name + ", site " + config->link.site + ", DDS domain " +
       std::to_string(config->link.domain) + ", store " + config->store);
   MappingService service(config->service, **link, *store, *device, log);
+  if (auto resumed = service.resume(); !resumed) return failWith(resumed.error());
   if (auto served = serve(service); !served) return failWith(served.error());
   if (!arguments.report.empty())
     if (auto written = writeCoreReport(reportOf(service.statistics(), device->info().name), arguments.report); !written)

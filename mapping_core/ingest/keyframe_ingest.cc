@@ -10,14 +10,25 @@ Result<KeyframeIngest::Arrival> KeyframeIngest::ingest(std::span<const uint8_t> 
   const auto added = store_.addKeyframe(keyframe->id, keyframe->stamp_ns, encoded);
   if (!added) return added.error();
   const Arrival arrival{keyframe->id, *added};
-  if (!arrival.is_new) return arrival;
-  Session& session = sessions_[{arrival.id.robot, arrival.id.session}];
-  session.early.insert(arrival.id.sequence);
+  if (arrival.is_new) arrived(arrival.id, {});
+  return arrival;
+}
+
+void KeyframeIngest::arrived(const KeyframeId& id, const std::set<KeyframeId>& mapped) {
+  Session& session = sessions_[{id.robot, id.session}];
+  session.early.insert(id.sequence);
   while (!session.early.empty() && *session.early.begin() == session.next) {
     session.early.erase(session.early.begin());
-    ready_.push_back({arrival.id.robot, arrival.id.session, session.next++});
+    KeyframeId ready{id.robot, id.session, session.next++};
+    if (!mapped.contains(ready)) ready_.push_back(std::move(ready));
   }
-  return arrival;
+}
+
+void KeyframeIngest::resume(std::span<const StoredKeyframe> keyframes) {
+  std::set<KeyframeId> mapped;
+  for (const StoredKeyframe& keyframe : keyframes)
+    if (!keyframe.map.empty()) mapped.insert(keyframe.id);
+  for (const StoredKeyframe& keyframe : keyframes) arrived(keyframe.id, mapped);
 }
 
 KeyframeId KeyframeIngest::takeNext() {

@@ -18,6 +18,9 @@ class KeyframeIngest {
  public:
   explicit KeyframeIngest(MapStore& store) : store_(store) {}
 
+  /// Takes over what the store holds, in order of arrival; those with a map are mapped already. Call it first.
+  void resume(std::span<const StoredKeyframe> keyframes);
+
   struct Arrival {
     KeyframeId id;
     bool is_new = false;
@@ -36,6 +39,8 @@ class KeyframeIngest {
     uint32_t next = 0;         // sequence to become ready next
     std::set<uint32_t> early;  // stored, but something before them is missing
   };
+  void arrived(const KeyframeId& id, const std::set<KeyframeId>& mapped);
+
   MapStore& store_;
   std::map<std::pair<std::string, uint64_t>, Session> sessions_;
   std::deque<KeyframeId> ready_;

@@ -14,13 +14,29 @@ std::string hex(uint64_t value) {
 
 }  // namespace
 
+void RobotRegistry::remember(const KeyframeId& keyframe) {
+  const auto [it, added] =
+      remembered_.try_emplace({keyframe.robot, keyframe.session}, keyframe.robot, keyframe.session);
+  it->second.acks.record(keyframe.sequence);
+}
+
+void RobotRegistry::markMapped(const KeyframeId& keyframe) {
+  const auto it = robots_.find(keyframe.robot);
+  if (it != robots_.end() && it->second.session == keyframe.session) it->second.mapped_below = keyframe.sequence + 1;
+  const auto before = remembered_.find({keyframe.robot, keyframe.session});
+  if (before != remembered_.end()) before->second.mapped_below = keyframe.sequence + 1;
+}
+
 RobotRecord& RobotRegistry::admit(const Hello& hello) {
   auto it = robots_.find(hello.robot);
   if (it != robots_.end() && it->second.session != hello.session) {
     robots_.erase(it);
     it = robots_.end();
   }
-  if (it == robots_.end()) it = robots_.emplace(hello.robot, RobotRecord(hello.robot, hello.session)).first;
+  if (it == robots_.end()) {
+    const auto before = remembered_.extract({hello.robot, hello.session});
+    it = robots_.emplace(hello.robot, before ? std::move(before.mapped()) : RobotRecord(hello.robot, hello.session)).first;
+  }
   RobotRecord& record = it->second;
   record.refusal = hello.fern_book_hash == fern_book_hash_
                        ? std::string()

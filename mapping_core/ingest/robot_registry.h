@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "protocol/session/ack_tracker.h"
 #include "protocol/types/messages.h"
@@ -28,6 +29,11 @@ class RobotRegistry {
  public:
   explicit RobotRegistry(uint64_t fern_book_hash) : fern_book_hash_(fern_book_hash) {}
 
+  /// A keyframe that an earlier core took in: when the robot's session says hello, it is acknowledged.
+  void remember(const KeyframeId& keyframe);
+  /// A keyframe is in the map.
+  void markMapped(const KeyframeId& keyframe);
+
   /// A robot introduces itself; a new session replaces the old one. The record's `refusal` tells if it is not served.
   RobotRecord& admit(const Hello& hello);
   /// The record for a message of this robot and session; null if it never said hello, is refused, or the session is
@@ -38,6 +44,7 @@ class RobotRegistry {
  private:
   uint64_t fern_book_hash_;
   std::map<std::string, RobotRecord> robots_;
+  std::map<std::pair<std::string, uint64_t>, RobotRecord> remembered_;  // sessions of which no hello was heard yet
 };
 
 /// What the robot is told of its keyframes.

@@ -50,6 +50,11 @@ class MapBuilder {
  public:
   MapBuilder(gpu::Device& device, MapStore& store, const MapBuilderOptions& options);
 
+  /// Takes over what an earlier core has mapped into the store: keyframes, edges, merges, votes, places; poses as
+  /// settle() gives them. Call it first, on a builder that holds nothing. Surfels are fused anew by catchUp(); then this
+  /// builder is what that core was when it had finished. kBadData if a stored record cannot be.
+  Result<void> restore();
+
   /// Takes in one keyframe. `robot_index` = position of its robot in order of first arrival.
   Result<MapChange> addKeyframe(const Keyframe& keyframe, uint32_t robot_index);
 
@@ -62,7 +67,7 @@ class MapBuilder {
   /// otherwise since.
   Result<MapChange> rejoin(uint32_t merge);
 
-  /// Fuses up to `keyframes` of those whose surfels are missing since a split. True if none is left.
+  /// Fuses up to `keyframes` of those whose surfels are missing since a split or restore. True if none is left.
   /// addKeyframe() begins with the rest of them.
   Result<bool> catchUp(size_t keyframes);
   bool caughtUp() const { return unfused_.empty(); }
@@ -101,6 +106,7 @@ class MapBuilder {
   Result<Keyframe> load(const KeyframeId& id) const;
   std::map<KeyframeId, Pose> posesOf(const KeyframeId& anchor) const;
   Result<Standing> readStanding() const;
+  Result<void> restoreVotes();
   Result<void> reshape(Standing standing, const std::set<KeyframeId>& changed);
 
   gpu::Device& device_;

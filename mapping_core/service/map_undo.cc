@@ -130,9 +130,11 @@ Result<void> MapBuilder::reshape(Standing standing, const std::set<KeyframeId>& 
   if (!poses) return poses.error();
   std::map<KeyframeId, std::map<KeyframeId, Pose>> by_anchor;
   for (const auto& [id, T] : *poses) {
-    const KeyframeId before = components_.anchorOf(id);
-    maps_.erase(before);
-    stale_.erase(before);
+    if (components_.contains(id)) {
+      const KeyframeId before = components_.anchorOf(id);
+      maps_.erase(before);
+      stale_.erase(before);
+    }
     T_map_cam_[id] = T_map_fused_[id] = T;
     by_anchor[standing.components.anchorOf(id)][id] = T;
   }

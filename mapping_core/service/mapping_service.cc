@@ -25,6 +25,42 @@ MappingService::MappingService(const ServiceOptions& options, Link& link, MapSto
       registry_(FernBook::standard().hash()),
       builder_(device, store, options.mapping) {}
 
+Result<void> MappingService::resume() {
+  constexpr int kStartBits = 32;  // revisions of one life of the core
+  const auto keyframes = store_.keyframes();
+  if (!keyframes) return keyframes.error();
+  if (keyframes->empty()) return {};
+  const auto starts = store_.countStart();
+  if (!starts) return starts.error();
+  first_revision_ = uint64_t{*starts} << kStartBits;
+  tiles_ = TileIndex(first_revision_);
+  if (auto stored = store_.setMeta("complete", "no"); !stored) return stored;
+  const auto robots = store_.robots();
+  if (!robots) return robots.error();
+  for (const std::string& robot : *robots) robot_index_.emplace(robot, static_cast<uint32_t>(robot_index_.size()));
+  ingest_.resume(*keyframes);
+  for (const StoredKeyframe& keyframe : *keyframes) registry_.remember(keyframe.id);
+  for (const StoredKeyframe& keyframe : *keyframes) {
+    if (keyframe.map.empty()) continue;
+    ++keyframes_;
+    registry_.markMapped(keyframe.id);
+    latest_[keyframe.id.robot].id = keyframe.id;
+  }
+  for (auto& [robot, latest] : latest_) {
+    const auto encoded = store_.encodedKeyframe(latest.id);
+    if (!encoded) return encoded.error();
+    const auto keyframe = decodeKeyframeWithoutImages(*encoded);
+    if (!keyframe) return keyframe.error();
+    latest.T_odom_cam = keyframe->T_odom_cam;
+  }
+  if (auto restored = builder_.restore(); !restored) return restored;
+  for (const KeyframeId& anchor : builder_.components().anchors()) unpublished_[anchor] = 1;
+  log_("continues with " + std::to_string(keyframes_) + " keyframes in " +
+       std::to_string(builder_.components().anchors().size()) + " maps, " + std::to_string(ingest_.waiting()) +
+       " more are still to be mapped");
+  return {};
+}
+
 Result<bool> MappingService::step(std::chrono::milliseconds timeout) {
   bool worked = false;
   const bool busy = ingest_.hasNext() || !builder_.caughtUp();
@@ -117,18 +153,7 @@ Result<void> MappingService::mapNext() {
   latest_[id.robot] = {id, keyframe->T_odom_cam};
 
   for (const MatchVerdict& verdict : change->verdicts) send(Topic::kVerdict, "", encodeMatchVerdict(verdict));
-  for (const MergeRecord& merge : change->merges) {
-    log_("maps " + merge.kept + " and " + merge.absorbed + " are one: " + std::to_string(merge.voters.size()) +
-         " closures agree");
-    tiles_.drop(merge.absorbed);
-    send(Topic::kMerge, "", encodeMergeRecord(merge));
-  }
-  for (const MergeRecord& merge : change->undone) {
-    log_("maps " + merge.kept + " and " + merge.absorbed + " are two again: " + merge.undone);
-    send(Topic::kMerge, "", encodeMergeRecord(merge));
-  }
-  if (!change->undone.empty())
-    for (const KeyframeId& changed : builder_.components().anchors()) ++unpublished_[changed];
+  announceMerges(*change);
   const KeyframeId anchor = builder_.components().anchorOf(id);
   std::erase_if(unpublished_,
                 [&](const auto& entry) { return builder_.components().anchorOf(entry.first) != entry.first; });
@@ -138,8 +163,8 @@ Result<void> MappingService::mapNext() {
   if (due && builder_.caughtUp())
     if (auto refreshed = refreshTilesOf(anchor); !refreshed) return refreshed;
 
+  registry_.markMapped(id);
   if (RobotRecord* record = registry_.served(id.robot, id.session)) {
-    record->mapped_below = id.sequence + 1;
     send(Topic::kAck, id.robot, encodeAcknowledgement(acknowledgementOf(*record)));
   }
   publishStatus();
@@ -147,6 +172,21 @@ Result<void> MappingService::mapNext() {
   statistics_.keyframe_ms.push_back(
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
   return {};
+}
+
+void MappingService::announceMerges(const MapChange& change) {
+  for (const MergeRecord& merge : change.merges) {
+    log_("maps " + merge.kept + " and " + merge.absorbed + " are one: " + std::to_string(merge.voters.size()) +
+         " closures agree");
+    tiles_.drop(merge.absorbed);
+    send(Topic::kMerge, "", encodeMergeRecord(merge));
+  }
+  for (const MergeRecord& merge : change.undone) {
+    log_("maps " + merge.kept + " and " + merge.absorbed + " are two again: " + merge.undone);
+    send(Topic::kMerge, "", encodeMergeRecord(merge));
+  }
+  if (change.undone.empty()) return;
+  for (const KeyframeId& anchor : builder_.components().anchors()) ++unpublished_[anchor];
 }
 
 // A robot hears of its place when it is first mapped, when its map changes its name, and when the graph moved it.
@@ -165,7 +205,7 @@ Result<void> MappingService::publishCorrections() {
       const Pose change = last->T_map_odom.inverse() * correction.T_map_odom;
       if (change.translation().norm() < kMoved_m && change.angle() < kTurned_rad) continue;
     }
-    correction.revision = last ? last->revision + 1 : 1;
+    correction.revision = (last ? last->revision : first_revision_) + 1;
     last = correction;
     send(Topic::kCorrection, robot, encodeCorrection(correction));
   }

@@ -35,6 +35,10 @@ class MappingService {
   using Log = std::function<void(const std::string& line)>;
   MappingService(const ServiceOptions& options, Link& link, MapStore& store, gpu::Device& device, Log log);
 
+  /// Continues what the store holds from an earlier core, if anything: what is durable is acknowledged to robots that
+  /// are still running, what is not yet mapped will be, and surfels are fused anew in the next steps. Call it first.
+  Result<void> resume();
+
   /// Handles all messages that wait, then maps one keyframe. With nothing to map, waits up to `timeout` for a message.
   /// True if anything was done. Errors are of store or device and leave what is acknowledged safe.
   Result<bool> step(std::chrono::milliseconds timeout);
@@ -55,6 +59,7 @@ class MappingService {
   Result<void> handleKeyframe(const Delivery& delivery);
   Result<void> handleInterest(const Delivery& delivery);
   Result<void> mapNext();
+  void announceMerges(const MapChange& change);
   Result<void> publishCorrections();
   Result<void> refreshTilesOf(const KeyframeId& anchor);
   void refuse(const Delivery& delivery, const std::string& why);
@@ -90,6 +95,7 @@ class MappingService {
   std::map<KeyframeId, uint32_t> unpublished_;  // anchor -> keyframes since its tiles were renewed
   ServiceStatistics statistics_;
   uint32_t keyframes_ = 0;
+  uint64_t first_revision_ = 0;  // of corrections: above those of earlier cores on this store
   std::chrono::steady_clock::time_point last_mapped_;
 };
 

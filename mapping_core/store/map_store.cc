@@ -180,6 +180,20 @@ Result<std::vector<std::string>> MapStore::robots() const {
   }
 }
 
+Result<uint32_t> MapStore::countStart() {
+  Database& database = state_->database;
+  Result<Transaction> transaction = Transaction::begin(database);
+  if (!transaction) return transaction.error();
+  const Result<int64_t> before = database.integer("SELECT CAST(value AS INTEGER) FROM meta WHERE key = 'starts'");
+  if (!before) return before.error();
+  if (*before < 0 || *before >= INT32_MAX)
+    return Error{ErrorCode::kBadData, database.path() + ": meta 'starts' is " + std::to_string(*before) +
+                                          ", expected a count of starts"};
+  if (Result<void> set = setMeta("starts", std::to_string(*before + 1)); !set) return set.error();
+  if (Result<void> committed = transaction->commit(); !committed) return committed.error();
+  return static_cast<uint32_t>(*before + 1);
+}
+
 Result<void> MapStore::setMeta(const std::string& key, const std::string& value) {
   Result<Query> query = state_->database.query(
       "INSERT INTO meta (key, value) VALUES (?, ?) ON CONFLICT (key) DO UPDATE SET value = excluded.value");

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -31,6 +32,13 @@ struct StoredKeyframe {
 struct WithdrawnEdge {
   Edge edge;
   uint32_t withdrawn_by = 0;  ///< number of that merge
+};
+
+/// Which verdicts are wanted.
+struct VerdictFilter {
+  std::optional<bool> accepted;
+  std::string reason;  ///< empty: any
+  std::string robot;   ///< of query or candidate; empty: any
 };
 
 /// All that is written until commit() becomes durable together, or nothing of it. Must not outlive its store.
@@ -70,7 +78,10 @@ class MapStore {
   /// The edge is kept, but holds no longer because `merge` was undone; 0: it holds again. kWrongUse if there is none.
   Result<void> withdrawEdge(const Edge& edge, uint32_t merge);
   Result<void> addVerdict(const MatchVerdict& verdict);
-  Result<std::vector<MatchVerdict>> verdicts() const;
+  /// In order of judgement.
+  Result<std::vector<MatchVerdict>> verdicts(const VerdictFilter& filter = {}) const;
+  /// How many verdicts there are of each reason, "accepted" among them; of one robot if it is not empty.
+  Result<std::map<std::string, size_t>> verdictCounts(const std::string& robot = "") const;
   /// A record of the same number is replaced.
   Result<void> addMerge(const MergeRecord& merge);
   /// Undone ones too, in order of their numbers.
@@ -96,6 +107,9 @@ class MapStore {
 
   /// Robot names in order of first arrival: position = contributor bit.
   Result<std::vector<std::string>> robots() const;
+
+  /// Counts one more start of a core that continues this store: 1 for the first of them.
+  Result<uint32_t> countStart();
 
   Result<void> setMeta(const std::string& key, const std::string& value);
   Result<std::string> meta(const std::string& key) const;  ///< empty if unset

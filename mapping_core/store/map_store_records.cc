@@ -162,9 +162,19 @@ Result<void> MapStore::addVerdict(const MatchVerdict& v) {
   return query->bind(v.T_candidate_query).bind(v.information).run();
 }
 
-Result<std::vector<MatchVerdict>> MapStore::verdicts() const {
-  Result<Query> query = state_->database.query("SELECT " COMAP_VERDICT_COLUMNS " FROM verdicts ORDER BY number");
+Result<std::vector<MatchVerdict>> MapStore::verdicts(const VerdictFilter& filter) const {
+  // Between ?1 and ?2 lies `accepted`; of one reason, SQLite then finds the rows by the index.
+  const char* sql = filter.reason.empty()
+                        ? "SELECT " COMAP_VERDICT_COLUMNS
+                          " FROM verdicts WHERE accepted BETWEEN ?1 AND ?2 AND ?3 = '' "
+                          "AND (?4 = '' OR query_robot = ?4 OR candidate_robot = ?4) ORDER BY number"
+                        : "SELECT " COMAP_VERDICT_COLUMNS
+                          " FROM verdicts WHERE accepted BETWEEN ?1 AND ?2 AND accepted IN (0, 1) AND reason = ?3 "
+                          "AND (?4 = '' OR query_robot = ?4 OR candidate_robot = ?4) ORDER BY number";
+  Result<Query> query = state_->database.query(sql);
   if (!query) return query.error();
+  const int64_t first = filter.accepted.value_or(false) ? 1 : 0, last = filter.accepted.value_or(true) ? 1 : 0;
+  query->bind(first).bind(last).bind(filter.reason).bind(filter.robot);
   std::vector<MatchVerdict> result;
   for (;;) {
     const Result<bool> row = query->step();
@@ -182,6 +192,23 @@ Result<std::vector<MatchVerdict>> MapStore::verdicts() const {
     v.T_candidate_query = query->pose();
     v.information = query->matrix();
     result.push_back(std::move(v));
+  }
+}
+
+Result<std::map<std::string, size_t>> MapStore::verdictCounts(const std::string& robot) const {
+  Result<Query> query = state_->database.query(
+      robot.empty() ? "SELECT reason, count(*) FROM verdicts WHERE ?1 = '' GROUP BY accepted, reason"
+                    : "SELECT reason, count(*) FROM verdicts WHERE query_robot = ?1 OR candidate_robot = ?1 "
+                      "GROUP BY accepted, reason");
+  if (!query) return query.error();
+  query->bind(robot);
+  std::map<std::string, size_t> result;
+  for (;;) {
+    const Result<bool> row = query->step();
+    if (!row) return row.error();
+    if (!*row) return result;
+    const std::string reason = query->text();
+    result[reason] += static_cast<size_t>(query->integer());
   }
 }
 

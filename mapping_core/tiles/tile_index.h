@@ -14,6 +14,9 @@ namespace comap {
 /// Thread rule: one thread at a time.
 class TileIndex {
  public:
+  /// Revisions begin above `revision`: those of an earlier life of the core must not look newer.
+  explicit TileIndex(uint64_t revision = 0) : revision_(revision) {}
+
   /// Replaces all tiles of `map`: those that changed get a new revision, those gone become removals.
   /// Returns how many changed.
   size_t update(const MapId& map, std::vector<Tile> tiles);
@@ -30,7 +33,7 @@ class TileIndex {
 
  private:
   std::map<TileKey, Tile> tiles_;
-  uint64_t revision_ = 0;  // grows by one per update that changed anything
+  uint64_t revision_;  // grows by one per update that changed anything
 };
 
 }  // namespace comap

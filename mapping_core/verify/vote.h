@@ -29,6 +29,8 @@ class VoteBox {
   /// whether two keyframes are in one map; `T_map_cam` has the poses of all keyframes in their maps.
   std::optional<std::vector<Closure>> cast(const Closure& closure, const Together& together,
                                            const std::map<KeyframeId, Pose>& T_map_cam);
+  /// A closure that was cast before and found no agreement: kept without looking for one.
+  void keep(const Closure& closure) { pending_.push_back(closure); }
   size_t pending() const { return pending_.size(); }
 
  private:

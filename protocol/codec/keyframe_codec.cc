@@ -25,6 +25,33 @@ std::span<const uint8_t> bytesOf(const std::string& text) {
   return {reinterpret_cast<const uint8_t*>(text.data()), text.size()};
 }
 
+Result<Keyframe> readAllButImages(const v1::Keyframe& message) {
+  Keyframe keyframe;
+  keyframe.id = codec::readId(message.id());
+  keyframe.stamp_ns = message.stamp_ns();
+  const auto camera = codec::readCamera(message.camera(), "keyframe: camera");
+  if (!camera) return camera.error();
+  keyframe.camera = *camera;
+  const auto T_odom_cam = codec::readPose(message.t_odom_cam(), "keyframe: T_odom_cam");
+  if (!T_odom_cam) return T_odom_cam.error();
+  keyframe.T_odom_cam = *T_odom_cam;
+  keyframe.linked = message.linked();
+  if (keyframe.linked) {
+    const auto T_prev_this = codec::readPose(message.t_prev_this(), "keyframe: T_prev_this");
+    if (!T_prev_this) return T_prev_this.error();
+    keyframe.T_prev_this = *T_prev_this;
+    const auto information = codec::readInformation(message.information(), "keyframe: information");
+    if (!information) return information.error();
+    keyframe.information = *information;
+  }
+  keyframe.inlier_ratio = message.inlier_ratio();
+  if (const auto checked = checkScalars(keyframe); !checked.ok()) return checked.error(ErrorCode::kBadData);
+  auto fern_code = codec::readFernCode(message.fern_code());
+  if (!fern_code) return fern_code.error();
+  keyframe.fern_code = std::move(*fern_code);
+  return keyframe;
+}
+
 }  // namespace
 
 Result<std::vector<uint8_t>> encodeKeyframe(const Keyframe& keyframe, int jpeg_quality) {
@@ -62,37 +89,22 @@ Result<std::vector<uint8_t>> encodeKeyframe(const Keyframe& keyframe, int jpeg_q
 Result<Keyframe> decodeKeyframe(std::span<const uint8_t> bytes) {
   const auto message = codec::parse<v1::Keyframe>(bytes, "keyframe", kMaxLargeMessageBytes);
   if (!message) return message.error();
-  Keyframe keyframe;
-  keyframe.id = codec::readId(message->id());
-  keyframe.stamp_ns = message->stamp_ns();
-  const auto camera = codec::readCamera(message->camera(), "keyframe: camera");
-  if (!camera) return camera.error();
-  keyframe.camera = *camera;
-  const auto T_odom_cam = codec::readPose(message->t_odom_cam(), "keyframe: T_odom_cam");
-  if (!T_odom_cam) return T_odom_cam.error();
-  keyframe.T_odom_cam = *T_odom_cam;
-  keyframe.linked = message->linked();
-  if (keyframe.linked) {
-    const auto T_prev_this = codec::readPose(message->t_prev_this(), "keyframe: T_prev_this");
-    if (!T_prev_this) return T_prev_this.error();
-    keyframe.T_prev_this = *T_prev_this;
-    const auto information = codec::readInformation(message->information(), "keyframe: information");
-    if (!information) return information.error();
-    keyframe.information = *information;
-  }
-  keyframe.inlier_ratio = message->inlier_ratio();
-  if (const auto checked = checkScalars(keyframe); !checked.ok()) return checked.error(ErrorCode::kBadData);
-
-  auto fern_code = codec::readFernCode(message->fern_code());
-  if (!fern_code) return fern_code.error();
-  keyframe.fern_code = std::move(*fern_code);
-  auto depth = decodeDepth(bytesOf(message->depth()), camera->width, camera->height);
+  auto keyframe = readAllButImages(*message);
+  if (!keyframe) return keyframe;
+  const CameraModel& camera = keyframe->camera;
+  auto depth = decodeDepth(bytesOf(message->depth()), camera.width, camera.height);
   if (!depth) return Error{ErrorCode::kBadData, "keyframe: " + depth.error().text};
-  keyframe.depth = std::move(*depth);
-  auto colour = decodeColour(bytesOf(message->colour()), camera->width, camera->height);
+  auto colour = decodeColour(bytesOf(message->colour()), camera.width, camera.height);
   if (!colour) return Error{ErrorCode::kBadData, "keyframe: " + colour.error().text};
-  keyframe.colour = std::move(*colour);
+  keyframe->depth = std::move(*depth);
+  keyframe->colour = std::move(*colour);
   return keyframe;
+}
+
+Result<Keyframe> decodeKeyframeWithoutImages(std::span<const uint8_t> bytes) {
+  const auto message = codec::parse<v1::Keyframe>(bytes, "keyframe", kMaxLargeMessageBytes);
+  if (!message) return message.error();
+  return readAllButImages(*message);
 }
 
 Result<KeyframeHead> decodeKeyframeId(std::span<const uint8_t> bytes) {

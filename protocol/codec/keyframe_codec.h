@@ -17,6 +17,9 @@ Result<std::vector<uint8_t>> encodeKeyframe(const Keyframe& keyframe, int jpeg_q
 /// kBadData for damaged bytes, another protocol major, or a value beyond its limit.
 Result<Keyframe> decodeKeyframe(std::span<const uint8_t> bytes);
 
+/// As decodeKeyframe, but colour and depth are left empty and unchecked: about 0.2 ms.
+Result<Keyframe> decodeKeyframeWithoutImages(std::span<const uint8_t> bytes);
+
 /// Which keyframe an encoded one is, and when it was taken.
 struct KeyframeHead {
   KeyframeId id;

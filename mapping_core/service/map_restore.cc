@@ -1,0 +1,73 @@
+// A builder filled from its store: what is derived is derived anew.
+#include <algorithm>
+#include <utility>
+
+#include "mapping_core/service/map_builder.h"
+#include "protocol/codec/keyframe_codec.h"
+
+namespace comap {
+namespace {
+
+using Pair = std::pair<KeyframeId, KeyframeId>;
+
+Pair pairOf(const KeyframeId& a, const KeyframeId& b) { return {std::min(a, b), std::max(a, b)}; }
+
+}  // namespace
+
+Result<void> MapBuilder::restore() {
+  const auto keyframes = store_.keyframes();
+  if (!keyframes) return keyframes.error();
+  const auto robots = store_.robots();
+  if (!robots) return robots.error();
+  std::map<std::string, uint32_t> robot_index;
+  for (const std::string& robot : *robots) robot_index.emplace(robot, static_cast<uint32_t>(robot_index.size()));
+
+  for (const StoredKeyframe& stored : *keyframes) {
+    if (stored.map.empty()) continue;  // durable, but not yet mapped
+    const auto robot = robot_index.find(stored.id.robot);
+    if (robot == robot_index.end())
+      return Error{ErrorCode::kBadData, "keyframe " + toString(stored.id) + " in the store is of no known robot"};
+    const auto encoded = store_.encodedKeyframe(stored.id);
+    if (!encoded) return encoded.error();
+    const auto keyframe = decodeKeyframeWithoutImages(*encoded);
+    if (!keyframe) return keyframe.error();
+    const Entry entry{static_cast<uint32_t>(by_index_.size()), robot->second};
+    entries_[stored.id] = entry;
+    by_index_.push_back(stored.id);
+    if (!places_.add(entry.index, keyframe->fern_code))
+      return Error{ErrorCode::kBadData, "keyframe " + toString(stored.id) + ": fern code is of another book"};
+  }
+
+  const auto merges = store_.merges();
+  if (!merges) return merges.error();
+  for (const MergeRecord& merge : *merges) merges_ = std::max(merges_, merge.number);
+  auto standing = readStanding();
+  if (!standing) return standing.error();
+  const std::vector<KeyframeId> anchors = standing->components.anchors();
+  auto transaction = store_.begin();
+  if (!transaction) return transaction.error();
+  if (auto reshaped = reshape(std::move(*standing), {anchors.begin(), anchors.end()}); !reshaped) return reshaped;
+  if (auto committed = transaction->commit(); !committed) return committed;
+  return restoreVotes();
+}
+
+// Accepted, but no edge, neither one that holds nor one that was withdrawn: still a vote.
+Result<void> MapBuilder::restoreVotes() {
+  std::set<Pair> decided;
+  for (const Edge& edge : edges_)
+    if (edge.kind != EdgeKind::kOdometry) decided.insert(pairOf(edge.from, edge.to));
+  const auto withdrawn = store_.withdrawnEdges();
+  if (!withdrawn) return withdrawn.error();
+  for (const WithdrawnEdge& one : *withdrawn) decided.insert(pairOf(one.edge.from, one.edge.to));
+  const auto verdicts = store_.verdicts({true, "", ""});
+  if (!verdicts) return verdicts.error();
+  for (const MatchVerdict& verdict : *verdicts) {
+    if (!entries_.contains(verdict.query) || !entries_.contains(verdict.candidate)) continue;
+    if (decided.contains(pairOf(verdict.query, verdict.candidate))) continue;
+    if (components_.together(verdict.query, verdict.candidate)) continue;
+    votes_.keep({verdict.query, verdict.candidate, verdict.T_candidate_query, verdict.information});
+  }
+  return {};
+}
+
+}  // namespace comap
