@@ -35,7 +35,8 @@ RobotRecord& RobotRegistry::admit(const Hello& hello) {
   }
   if (it == robots_.end()) {
     const auto before = remembered_.extract({hello.robot, hello.session});
-    it = robots_.emplace(hello.robot, before ? std::move(before.mapped()) : RobotRecord(hello.robot, hello.session)).first;
+    it = robots_.emplace(hello.robot, before ? std::move(before.mapped()) : RobotRecord(hello.robot, hello.session))
+             .first;
   }
   RobotRecord& record = it->second;
   record.refusal = hello.fern_book_hash == fern_book_hash_

@@ -51,8 +51,8 @@ class MapBuilder {
   MapBuilder(gpu::Device& device, MapStore& store, const MapBuilderOptions& options);
 
   /// Takes over what an earlier core has mapped into the store: keyframes, edges, merges, votes, places; poses as
-  /// settle() gives them. Call it first, on a builder that holds nothing. Surfels are fused anew by catchUp(); then this
-  /// builder is what that core was when it had finished. kBadData if a stored record cannot be.
+  /// settle() gives them. Call it first, on a builder that holds nothing. Surfels are fused anew by catchUp(); then
+  /// this builder is what that core was when it had finished. kBadData if a stored record cannot be.
   Result<void> restore();
 
   /// Takes in one keyframe. `robot_index` = position of its robot in order of first arrival.

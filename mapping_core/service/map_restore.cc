@@ -51,7 +51,7 @@ Result<void> MapBuilder::restore() {
   return restoreVotes();
 }
 
-// Accepted, but no edge, neither one that holds nor one that was withdrawn: still a vote.
+// Accepted, but no edge, neither one that holds nor one that was withdrawn, and not refused as a vote: still one.
 Result<void> MapBuilder::restoreVotes() {
   std::set<Pair> decided;
   for (const Edge& edge : edges_)
@@ -59,6 +59,9 @@ Result<void> MapBuilder::restoreVotes() {
   const auto withdrawn = store_.withdrawnEdges();
   if (!withdrawn) return withdrawn.error();
   for (const WithdrawnEdge& one : *withdrawn) decided.insert(pairOf(one.edge.from, one.edge.to));
+  const auto refusals = store_.verdicts({false, "contradiction", ""});
+  if (!refusals) return refusals.error();
+  for (const MatchVerdict& refusal : *refusals) decided.insert(pairOf(refusal.query, refusal.candidate));
   const auto verdicts = store_.verdicts({true, "", ""});
   if (!verdicts) return verdicts.error();
   for (const MatchVerdict& verdict : *verdicts) {

@@ -187,8 +187,8 @@ Result<uint32_t> MapStore::countStart() {
   const Result<int64_t> before = database.integer("SELECT CAST(value AS INTEGER) FROM meta WHERE key = 'starts'");
   if (!before) return before.error();
   if (*before < 0 || *before >= INT32_MAX)
-    return Error{ErrorCode::kBadData, database.path() + ": meta 'starts' is " + std::to_string(*before) +
-                                          ", expected a count of starts"};
+    return Error{ErrorCode::kBadData,
+                 database.path() + ": meta 'starts' is " + std::to_string(*before) + ", expected a count of starts"};
   if (Result<void> set = setMeta("starts", std::to_string(*before + 1)); !set) return set.error();
   if (Result<void> committed = transaction->commit(); !committed) return committed.error();
   return static_cast<uint32_t>(*before + 1);

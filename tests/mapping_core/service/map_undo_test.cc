@@ -1,7 +1,6 @@
 // Taking merges back and giving them again, in a builder that lives.
 #include <algorithm>
 
-#include "protocol/codec/keyframe_codec.h"
 #include "tests/mapping_core/gpu/test_device.h"
 #include "tests/mapping_core/service/room_fleet.h"
 #include "tests/mapping_core/store/store_fixture.h"
@@ -11,29 +10,6 @@ namespace {
 
 class MapUndo : public StoreTest {
  protected:
-  // As a core would: kept, read back, mapped; robots take turns.
-  std::vector<MergeRecord> map(MapBuilder& builder, MapStore& store, const std::string& robots, uint32_t first,
-                               uint32_t last) {
-    std::vector<MergeRecord> merges;
-    for (uint32_t i = first; i < last; ++i)
-      for (const char robot : robots) {
-        const Keyframe keyframe = roomKeyframe(robot, i);
-        keep(store, keyframe);
-        const auto encoded = store.encodedKeyframe(keyframe.id);
-        const auto change = builder.addKeyframe(*decodeKeyframe(*encoded), static_cast<uint32_t>(robot - 'a'));
-        EXPECT_TRUE(change) << change.error().text;
-        if (change) merges.insert(merges.end(), change->merges.begin(), change->merges.end());
-      }
-    return merges;
-  }
-  // As at the end of a run.
-  static MapHashes finish(MapBuilder& builder) {
-    const auto settled = builder.settle();
-    EXPECT_TRUE(settled) << settled.error().text;
-    const auto rebuilt = builder.rebuild({});
-    EXPECT_TRUE(rebuilt) << rebuilt.error().text;
-    return hashesOf(builder);
-  }
   static size_t between(const std::vector<Edge>& edges, const std::string& a, const std::string& b) {
     return static_cast<size_t>(std::count_if(edges.begin(), edges.end(), [&](const Edge& edge) {
       return (edge.from.robot == a && edge.to.robot == b) || (edge.from.robot == b && edge.to.robot == a);
@@ -46,7 +22,7 @@ TEST_F(MapUndo, PartsAreWhatTheyWouldBeWithoutTheMergeAndRejoinedTheyAreWhatThey
   auto store = create();
   ASSERT_TRUE(store);
   MapBuilder builder(device, *store, roomOptions());
-  const auto merges = map(builder, *store, "ab", 0, 8);
+  const auto merges = mapTurns(builder, *store, "ab", 0, 8);
   ASSERT_EQ(merges.size(), 1u);
   const MapHashes joint = finish(builder);
   ASSERT_EQ(joint.size(), 1u);
@@ -72,7 +48,7 @@ TEST_F(MapUndo, PartsAreWhatTheyWouldBeWithoutTheMergeAndRejoinedTheyAreWhatThey
   MapBuilderOptions blind = roomOptions();
   blind.max_dissimilarity = -1;
   MapBuilder apart(device, *apart_store, blind);
-  map(apart, *apart_store, "ab", 0, 8);
+  mapTurns(apart, *apart_store, "ab", 0, 8);
   size_t loops = 0;
   for (const Edge& edge : edges) {
     if (edge.kind == EdgeKind::kOdometry || edge.from.robot != edge.to.robot) continue;
@@ -96,9 +72,9 @@ TEST_F(MapUndo, MappingGoesOnInBothPartsAndNewClosuresMayJoinThemAnew) {
   auto store = create();
   ASSERT_TRUE(store);
   MapBuilder builder(device, *store, roomOptions());
-  ASSERT_EQ(map(builder, *store, "ab", 0, 6).size(), 1u);
+  ASSERT_EQ(mapTurns(builder, *store, "ab", 0, 6).size(), 1u);
   ASSERT_TRUE(builder.split(1, "a test"));
-  const auto merges = map(builder, *store, "ab", 6, 9);
+  const auto merges = mapTurns(builder, *store, "ab", 6, 9);
   ASSERT_EQ(merges.size(), 1u) << "two closures of new keyframes";
   EXPECT_EQ(merges[0].number, 2u);
   EXPECT_TRUE(builder.caughtUp());
@@ -121,7 +97,7 @@ TEST_F(MapUndo, RefusesWhatMakesNoSenseAndChangesNothing) {
   auto store = create();
   ASSERT_TRUE(store);
   MapBuilder builder(device, *store, roomOptions());
-  ASSERT_EQ(map(builder, *store, "ab", 0, 5).size(), 1u);
+  ASSERT_EQ(mapTurns(builder, *store, "ab", 0, 5).size(), 1u);
   const auto texts = [](const Result<MapChange>& result) { return result ? std::string() : result.error().text; };
   EXPECT_EQ(texts(builder.split(7, "x")), "merge 7 is not in the store, which holds 1 merges");
   EXPECT_EQ(texts(builder.split(1, "")), "merge 1 cannot be undone without a reason");

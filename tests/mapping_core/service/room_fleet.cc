@@ -57,6 +57,29 @@ void keep(MapStore& store, const Keyframe& keyframe) {
   ASSERT_TRUE(added) << added.error().text;
 }
 
+std::vector<MergeRecord> mapTurns(MapBuilder& builder, MapStore& store, const std::string& robots, uint32_t first,
+                                  uint32_t last) {
+  std::vector<MergeRecord> merges;
+  for (uint32_t i = first; i < last; ++i)
+    for (const char robot : robots) {
+      const Keyframe keyframe = roomKeyframe(robot, i);
+      keep(store, keyframe);
+      const auto encoded = store.encodedKeyframe(keyframe.id);
+      const auto change = builder.addKeyframe(*decodeKeyframe(*encoded), static_cast<uint32_t>(robot - 'a'));
+      EXPECT_TRUE(change) << change.error().text;
+      if (change) merges.insert(merges.end(), change->merges.begin(), change->merges.end());
+    }
+  return merges;
+}
+
+MapHashes finish(MapBuilder& builder) {
+  const auto settled = builder.settle();
+  EXPECT_TRUE(settled) << settled.error().text;
+  const auto rebuilt = builder.rebuild({});
+  EXPECT_TRUE(rebuilt) << rebuilt.error().text;
+  return hashesOf(builder);
+}
+
 MapHashes hashesOf(MapBuilder& builder) {
   MapHashes hashes;
   for (const KeyframeId& anchor : builder.components().anchors()) {

@@ -20,8 +20,14 @@ MapBuilderOptions roomOptions();
 /// Puts the keyframe into the store as an ingest would.
 void keep(MapStore& store, const Keyframe& keyframe);
 
+/// Maps keyframes [first, last) of each of `robots`, which take turns, as a core would: kept, read back, mapped.
+std::vector<MergeRecord> mapTurns(MapBuilder& builder, MapStore& store, const std::string& robots, uint32_t first,
+                                  uint32_t last);
+
 /// A map's name -> hash of its tiles.
 using MapHashes = std::map<MapId, uint64_t>;
 MapHashes hashesOf(MapBuilder& builder);
+/// Ends a run as a core does, and tells what came of it.
+MapHashes finish(MapBuilder& builder);
 
 }  // namespace comap
