@@ -24,6 +24,8 @@ double ratioToYardstick(const Row& row, const std::vector<Row>& rows) {
   return kNone;
 }
 
+double overSecond(const Row& row, double value) { return row.relative.spans > 0 ? value : kNone; }
+
 std::string triple(const std::vector<double>& values_ms) {
   return fixed(quantileOf(values_ms, 0.5), 1) + " " + fixed(quantileOf(values_ms, 0.95), 1) + " " +
          fixed(quantileOf(values_ms, 1), 1);
@@ -45,9 +47,10 @@ std::string tableOf(const std::vector<Row>& rows) {
                    "frames"});
   for (const Row& row : rows)
     table.add({row.sequence, row.method, triple(row.cpu_ms), fixed(ratioToYardstick(row, rows), 2), triple(row.wall_ms),
-               fixed(row.ate_rmse_m, 4), fixed(row.relative.translation_median_m * 1e3, 1),
-               fixed(row.relative.translation_worst_m * 1e3, 1), fixed(row.relative.rotation_median_deg, 2),
-               fixed(row.relative.rotation_worst_deg, 2), fixed(row.drift_percent.value_or(kNone), 2),
+               fixed(row.ate_rmse_m, 4), fixed(overSecond(row, row.relative.translation_median_m * 1e3), 1),
+               fixed(overSecond(row, row.relative.translation_worst_m * 1e3), 1),
+               fixed(overSecond(row, row.relative.rotation_median_deg), 2),
+               fixed(overSecond(row, row.relative.rotation_worst_deg), 2), fixed(row.drift_percent.value_or(kNone), 2),
                std::to_string(row.poor), std::to_string(row.lost), std::to_string(row.keyframes),
                std::to_string(row.frames)});
   return table.text();

@@ -1,0 +1,15 @@
+# What a robot's processor computes for every frame, and its tests, with few dependencies: for other processors than the
+# one that builds. scripts/check-arm64 is its user.
+find_package(Threads REQUIRED)
+find_package(Eigen3 REQUIRED)
+find_package(hwy REQUIRED)
+find_package(GTest REQUIRED)
+include(GoogleTest)
+enable_testing()
+add_compile_definitions(COMAP_VERSION="${PROJECT_VERSION}")
+foreach(room protocol/types mapping_core/rgbd mapping_core/ferns edge_agent/odometry edge_agent/keyframes)
+  add_subdirectory(${room})
+endforeach()
+foreach(room scenes protocol/types mapping_core/rgbd mapping_core/ferns edge_agent/odometry edge_agent/keyframes)
+  add_subdirectory(tests/${room})
+endforeach()
