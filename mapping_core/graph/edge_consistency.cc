@@ -1,0 +1,85 @@
+#include "mapping_core/graph/edge_consistency.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <limits>
+#include <queue>
+#include <unordered_map>
+
+namespace comap {
+namespace {
+
+constexpr double kLever_m = 3;  // a rotation's error counts as it shows at this distance
+
+double lengthOf(const GraphProblem& graph, uint32_t number) {
+  const GraphProblem::BuiltEdge& edge = graph.edge(number);
+  const double metres = edge.root.leftCols<3>().squaredNorm(), radians = edge.root.rightCols<3>().squaredNorm();
+  if (metres <= 0 || radians <= 0) return std::numeric_limits<double>::infinity();
+  return graph.scale(edge.kind) * (1 / metres + kLever_m * kLever_m / radians);
+}
+
+std::optional<Matrix6d> covarianceOf(const GraphProblem& graph, uint32_t number) {
+  const GraphProblem::BuiltEdge& edge = graph.edge(number);
+  const Eigen::LDLT<Matrix6d> factors(Matrix6d(edge.root.transpose() * edge.root));
+  if (factors.info() != Eigen::Success || factors.vectorD().minCoeff() <= 0) return std::nullopt;
+  return Matrix6d(graph.scale(edge.kind) * factors.solve(Matrix6d::Identity()));
+}
+
+// The edges from `from` to `to`, last first; empty if there is no way.
+std::vector<uint32_t> bestPath(const GraphProblem& graph, uint32_t from, uint32_t to, uint32_t without, PathOver over) {
+  struct Reached {
+    double length;
+    uint32_t by;
+  };
+  std::unordered_map<uint32_t, Reached> reached = {{from, {0, 0}}};
+  using Step = std::pair<double, uint32_t>;
+  std::priority_queue<Step, std::vector<Step>, std::greater<>> open;
+  open.emplace(0, from);
+  while (!open.empty()) {
+    const auto [length, pose] = open.top();
+    open.pop();
+    if (pose == to) break;
+    if (length > reached.at(pose).length) continue;
+    for (const uint32_t i : graph.edgesAt(pose)) {
+      if (i == without || graph.weight(i) < 1) continue;
+      if (over == PathOver::kOdometry && graph.edge(i).kind != EdgeKind::kOdometry) continue;
+      const double there = length + lengthOf(graph, i);
+      if (there == std::numeric_limits<double>::infinity()) continue;
+      const uint32_t other = graph.edge(i).from == pose ? graph.edge(i).to : graph.edge(i).from;
+      const auto [it, fresh] = reached.try_emplace(other, Reached{there, i});
+      if (!fresh && it->second.length <= there) continue;
+      it->second = {there, i};
+      open.emplace(there, other);
+    }
+  }
+  std::vector<uint32_t> path;
+  if (!reached.contains(to)) return path;
+  for (uint32_t pose = to; pose != from;) {
+    const uint32_t i = reached.at(pose).by;
+    path.push_back(i);
+    pose = graph.edge(i).from == pose ? graph.edge(i).to : graph.edge(i).from;
+  }
+  return path;
+}
+
+}  // namespace
+
+std::optional<double> pathChi2(const GraphProblem& graph, uint32_t number, PathOver over) {
+  const GraphProblem::BuiltEdge& edge = graph.edge(number);
+  std::vector<uint32_t> path = bestPath(graph, edge.from, edge.to, number, over);
+  if (path.empty()) return std::nullopt;
+  auto covariance = covarianceOf(graph, number);
+  if (!covariance) return std::nullopt;
+  const Pose T_from_map = graph.pose(edge.from).inverse();
+  for (const uint32_t i : path) {
+    const auto part = covarianceOf(graph, i);
+    if (!part) return std::nullopt;
+    // An edge's covariance is for an increment in its own `from` frame, whichever way the path goes.
+    const Matrix6d carry = (T_from_map * graph.pose(graph.edge(i).from)).adjoint();
+    *covariance += carry * *part * carry.transpose();
+  }
+  const Vector6d increment = (T_from_map * graph.pose(edge.to) * edge.T_from_to.inverse()).log();
+  return increment.dot(covariance->ldlt().solve(increment));
+}
+
+}  // namespace comap

@@ -1,0 +1,97 @@
+// Moving poses until none wants to move.
+#include <algorithm>
+
+#include "mapping_core/graph/graph_solver.h"
+
+namespace comap {
+namespace {
+
+constexpr GraphSolveLimits kPerRound{10, 1e-8};
+
+Pose poseOf(const GraphProblem::Block& x) {
+  return Pose(Eigen::Quaterniond(Eigen::Map<const Eigen::Vector4d>(x.data())),
+              Eigen::Map<const Eigen::Vector3d>(x.data() + 4));
+}
+
+bool any(const std::vector<uint8_t>& flags) {
+  return std::any_of(flags.begin(), flags.end(), [](uint8_t flag) { return flag != 0; });
+}
+
+}  // namespace
+
+Result<bool> GraphSolver::relax(std::vector<uint8_t> active, int max_rounds) {
+  restless_.clear();
+  for (int round = 0; round < max_rounds && any(active); ++round) {
+    const std::vector<GraphProblem::Block> before = graph_.blocks();
+    const auto iterations = clusters_.solve(active, 0, kPerRound);
+    if (!iterations) return iterations.error();
+    iterations_ += *iterations;
+    ++rounds_;
+    noteMotion(before, active);
+    active = strained(active);
+  }
+  for (uint32_t c = 0; c < clusters_.size(); ++c)
+    if (active[c]) restless_.insert(c);
+  return restless_.empty();
+}
+
+// Everything is looked at; ends when all is at rest, or what is left does not get less.
+Result<bool> GraphSolver::relaxAll() {
+  std::fill(edges_moved_.begin(), edges_moved_.end(), 1);
+  const std::vector<uint8_t> none(clusters_.size(), 0);
+  const auto iterations = clusters_.solve(none, 0, kPerRound);
+  if (!iterations) return iterations.error();
+  iterations_ += *iterations;
+  const int sweeps = 10 + 10 * static_cast<int>(graph_.poses() / options_.free_poses);
+  std::fill(poses_moved_.begin(), poses_moved_.end(), 1);
+  return relax(strained(none), sweeps);
+}
+
+void GraphSolver::noteMotion(const std::vector<GraphProblem::Block>& before, const std::vector<uint8_t>& active) {
+  for (uint32_t i = 0; i < graph_.edges(); ++i) {
+    const GraphProblem::BuiltEdge& edge = graph_.edge(i);
+    const uint32_t cluster = clusters_.of(edge.from);
+    if (removed_[i] || (cluster == clusters_.of(edge.to) && !active[cluster])) continue;
+    const Pose T_old = poseOf(before[edge.from]).inverse() * poseOf(before[edge.to]);
+    const Pose T_new = graph_.pose(edge.from).inverse() * graph_.pose(edge.to);
+    const Pose moved = T_old.inverse() * T_new;
+    if (moved.translation().norm() < 0.25 * options_.settled_m && moved.angle() < 0.25 * options_.settled_rad) continue;
+    edges_moved_[i] = 1;
+    poses_moved_[edge.from] = poses_moved_[edge.to] = 1;
+  }
+}
+
+// The clusters to solve next: those that strain most, and while there is room those that were active, so that the
+// active part grows. Poses that did not move against a neighbour strain no more than before.
+std::vector<uint8_t> GraphSolver::strained(const std::vector<uint8_t>& active) {
+  std::vector<std::pair<double, uint32_t>> order;
+  for (uint32_t c = 0; c < clusters_.size(); ++c) {
+    double worst = 0;
+    for (const uint32_t pose : clusters_.members(c)) {
+      if (!poses_moved_[pose] || pose == 0) continue;
+      const Vector6d step = graph_.relaxingStep(pose);
+      worst =
+          std::max({worst, step.head<3>().norm() / options_.settled_m, step.tail<3>().norm() / options_.settled_rad});
+    }
+    if (worst > 1) {
+      order.emplace_back(-worst, c);
+    } else {
+      for (const uint32_t pose : clusters_.members(c)) poses_moved_[pose] = 0;
+    }
+  }
+  std::vector<uint8_t> next(clusters_.size(), 0);
+  if (order.empty()) return next;
+  std::sort(order.begin(), order.end());
+  size_t poses = 0;
+  const auto take = [&](uint32_t c) {
+    if (next[c] || poses + clusters_.members(c).size() > options_.free_poses) return;
+    next[c] = 1;
+    poses += clusters_.members(c).size();
+  };
+  for (const auto& [minus_worst, c] : order) take(c);
+  for (uint32_t c = 0; c < clusters_.size(); ++c)
+    if (active[c]) take(c);
+  return next;
+}
+
+}  // namespace comap
