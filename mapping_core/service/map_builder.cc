@@ -52,6 +52,11 @@ Result<MapChange> MapBuilder::addKeyframe(const Keyframe& keyframe, uint32_t rob
   if (!verdicts) return verdicts.error();
   change.verdicts = std::move(*verdicts);
   if (auto fused = fuse(keyframe, entry); !fused) return fused.error();
+  if (options_.live_ties > 0) {
+    auto members = sketchesOf(components_.anchorOf(keyframe.id));
+    if (!members) return members.error();
+    if (auto tied = tie(keyframe.id, options_.live_ties, *members); !tied) return tied.error();
+  }
   if (!places_.add(entry.index, keyframe.fern_code))
     return Error{ErrorCode::kBadData, "keyframe " + toString(keyframe.id) + ": fern code is of another book"};
   const std::vector<MatchVerdict> judged = change.verdicts;  // connecting may add refusals

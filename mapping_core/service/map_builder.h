@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "mapping_core/merge/standing.h"
 #include "mapping_core/store/map_store.h"
 #include "mapping_core/surfels/surfel_map.h"
+#include "mapping_core/verify/covisibility.h"
 #include "mapping_core/verify/match_verifier.h"
 #include "mapping_core/verify/merge_check.h"
 #include "mapping_core/verify/vote.h"
@@ -26,6 +28,9 @@ struct MapBuilderOptions {
   VerifierOptions verifier;
   VoteOptions vote;
   MergeCheckOptions merge_check;
+  CovisibilityOptions covisibility;
+  size_t live_ties = 3;  ///< covisibility edges that a keyframe gets when it comes; the others by refine()
+  int refine_rounds = 2;
   GraphOptions graph;
   size_t candidates = 3;            ///< per keyframe in other maps
   size_t loop_candidates = 2;       ///< per keyframe in its own map
@@ -76,6 +81,11 @@ class MapBuilder {
   /// they came. Call before rebuild() and storePoses() at the end.
   Result<void> settle();
 
+  /// Ties all keyframes of each map that see the same surface, measures these ties anew where the map has moved them,
+  /// and optimises: a few rounds come near to a joint optimum over all pictures. Call before settle(). `progress`
+  /// (may be empty) hears (done, all) keyframes.
+  Result<void> refine(const std::function<void(size_t, size_t)>& progress);
+
   /// Fuses every map anew whose keyframes have moved, in the order of their ids: the map as a function of keyframes
   /// and poses. `progress` (may be empty) hears (done, all) keyframes.
   Result<void> rebuild(const std::function<void(size_t, size_t)>& progress);
@@ -101,6 +111,10 @@ class MapBuilder {
   Result<std::vector<PlacedSketch>> sketchesOf(const KeyframeId& anchor);
   Result<MergeRecord> merge(const std::vector<Closure>& closures);
   Result<void> addEdge(const Closure& closure, uint32_t merge = 0);
+
+  Result<void> addEdge(const Closure& closure);
+  Result<void> tie(const KeyframeId& id, size_t most, std::span<const PlacedSketch> members);
+  Result<void> tieAnew(const KeyframeId& from, const KeyframeId& to);
   Result<bool> optimise(const KeyframeId& anchor);
   Result<std::shared_ptr<const KeyframeView>> viewOf(const KeyframeId& id);
   Result<Keyframe> load(const KeyframeId& id) const;
@@ -126,6 +140,13 @@ class MapBuilder {
   MatchVerifier verifier_;
   KeyframeViewCache views_;
   std::map<KeyframeId, Sketch> sketches_;  // of keyframes seen since the start; others are made when asked for
+  AlignmentWorkspace tie_workspace_;
+  // Ties that were tried, and the relative pose from which: places in edges_ if they held.
+  struct Tie {
+    Pose T_from_to;
+    std::optional<size_t> edge;
+  };
+  std::map<std::pair<KeyframeId, KeyframeId>, Tie> ties_;
   uint32_t merges_ = 0;
 };
 

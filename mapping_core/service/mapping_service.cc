@@ -277,6 +277,7 @@ Result<void> MappingService::refreshTiles() {
 Result<void> MappingService::finish(const std::function<void(size_t, size_t)>& progress) {
   while (ingest_.hasNext())
     if (auto mapped = mapNext(); !mapped) return mapped;
+  if (auto refined = builder_.refine(progress); !refined) return refined;
   if (auto settled = builder_.settle(); !settled) return settled;
   if (auto stored = builder_.storePoses(); !stored) return stored;
   if (auto rebuilt = builder_.rebuild(progress); !rebuilt) return rebuilt;

@@ -1,0 +1,68 @@
+// The part of MapBuilder that ties keyframes which see the same surface.
+#include <algorithm>
+
+#include "mapping_core/service/map_builder.h"
+
+namespace comap {
+
+Result<void> MapBuilder::tie(const KeyframeId& id, size_t most, std::span<const PlacedSketch> members) {
+  auto sketch = std::find_if(members.begin(), members.end(), [&](const auto& one) { return one.sketch->id == id; });
+  CovisibilityOptions options = options_.covisibility;
+  options.per_keyframe = most;
+  for (const size_t other : covisibleWith(*sketch, members, options, options_.merge_check.comparison))
+    if (auto tied = tieAnew(members[other].sketch->id, id); !tied) return tied;
+  return {};
+}
+
+Result<void> MapBuilder::tieAnew(const KeyframeId& a, const KeyframeId& b) {
+  const auto& [from, to] = std::minmax(a, b);
+  const bool by_odometry = from.robot == to.robot && from.session == to.session && to.sequence - from.sequence == 1;
+  if (by_odometry) return {};
+  const Pose T_from_to = T_map_cam_.at(from).inverse() * T_map_cam_.at(to);
+  const auto known = ties_.find({from, to});
+  if (known != ties_.end()) {
+    const Pose change = known->second.T_from_to.inverse() * T_from_to;
+    const bool moved =
+        change.translation().norm() > options_.covisibility.moved_m || change.angle() > options_.covisibility.moved_rad;
+    if (!moved) return {};
+  }
+  auto from_view = viewOf(from);
+  if (!from_view) return from_view.error();
+  auto to_view = viewOf(to);
+  if (!to_view) return to_view.error();
+  const auto edge = alignCovisible(**from_view, **to_view, T_from_to, options_.covisibility, tie_workspace_);
+  Tie& tie = ties_[{from, to}];
+  tie.T_from_to = T_from_to;
+  if (!edge) return {};  // an earlier measurement, from where the pair stood then, is kept
+  if (tie.edge) {
+    edges_[*tie.edge] = *edge;
+  } else {
+    tie.edge = edges_.size();
+    edges_.push_back(*edge);
+  }
+  return store_.addEdge(*edge);
+}
+
+Result<void> MapBuilder::refine(const std::function<void(size_t, size_t)>& progress) {
+  size_t done = 0;
+  const size_t all = by_index_.size() * static_cast<size_t>(options_.refine_rounds);
+  for (const KeyframeId& anchor : components_.anchors()) {
+    for (int round = 0; round < options_.refine_rounds; ++round) {
+      auto members = sketchesOf(anchor);
+      if (!members) return members.error();
+      std::sort(members->begin(), members->end(),
+                [](const auto& a, const auto& b) { return a.sketch->id < b.sketch->id; });
+      for (const PlacedSketch& member : *members) {
+        const size_t most = options_.covisibility.per_keyframe;
+        if (auto tied = tie(member.sketch->id, most, *members); !tied) return tied;
+        if (progress) progress(++done, all);
+      }
+      if (members->size() < 2) continue;
+      auto moved = optimise(anchor);
+      if (!moved) return moved.error();
+    }
+  }
+  return {};
+}
+
+}  // namespace comap
