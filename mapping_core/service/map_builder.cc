@@ -55,6 +55,7 @@ Result<MapChange> MapBuilder::addKeyframe(const Keyframe& keyframe, uint32_t rob
   if (options_.live_ties > 0) {
     auto members = sketchesOf(components_.anchorOf(keyframe.id));
     if (!members) return members.error();
+    indexTies();
     if (auto tied = tie(keyframe.id, options_.live_ties, *members); !tied) return tied.error();
   }
   if (!places_.add(entry.index, keyframe.fern_code))

@@ -114,6 +114,7 @@ class MapBuilder {
 
   Result<void> addEdge(const Closure& closure);
   Result<void> tie(const KeyframeId& id, size_t most, std::span<const PlacedSketch> members);
+  void indexTies();
   Result<void> tieAnew(const KeyframeId& from, const KeyframeId& to);
   Result<bool> optimise(const KeyframeId& anchor);
   Result<std::shared_ptr<const KeyframeView>> viewOf(const KeyframeId& id);
@@ -145,8 +146,10 @@ class MapBuilder {
   struct Tie {
     Pose T_from_to;
     std::optional<size_t> edge;
+    EdgeKind kind = EdgeKind::kCovisibility;
   };
   std::map<std::pair<KeyframeId, KeyframeId>, Tie> ties_;
+  size_t indexed_edges_ = 0;
   uint32_t merges_ = 0;
 };
 

@@ -6,7 +6,8 @@
 namespace comap {
 
 Result<void> MapBuilder::tie(const KeyframeId& id, size_t most, std::span<const PlacedSketch> members) {
-  auto sketch = std::find_if(members.begin(), members.end(), [&](const auto& one) { return one.sketch->id == id; });
+  const auto sketch =
+      std::find_if(members.begin(), members.end(), [&](const auto& one) { return one.sketch->id == id; });
   CovisibilityOptions options = options_.covisibility;
   options.per_keyframe = most;
   for (const size_t other : covisibleWith(*sketch, members, options, options_.merge_check.comparison))
@@ -14,13 +15,33 @@ Result<void> MapBuilder::tie(const KeyframeId& id, size_t most, std::span<const 
   return {};
 }
 
+// Edges may have been withdrawn since, and others have taken their places.
+void MapBuilder::indexTies() {
+  const auto holds = [&](const auto& tie) {
+    if (!tie.second.edge) return true;
+    if (*tie.second.edge >= edges_.size()) return false;
+    const Edge& edge = edges_[*tie.second.edge];
+    return edge.from == tie.first.first && edge.to == tie.first.second && edge.kind == tie.second.kind;
+  };
+  if (!std::all_of(ties_.begin(), ties_.end(), holds)) {
+    ties_.clear();
+    indexed_edges_ = 0;
+  }
+  for (; indexed_edges_ < edges_.size(); ++indexed_edges_) {
+    const Edge& edge = edges_[indexed_edges_];
+    if (edge.kind != EdgeKind::kOdometry && edge.kind != EdgeKind::kCovisibility) continue;
+    const bool sorted = edge.from < edge.to;
+    ties_[std::minmax(edge.from, edge.to)] = {sorted ? edge.T_from_to : edge.T_from_to.inverse(), indexed_edges_,
+                                              edge.kind};
+  }
+}
+
 Result<void> MapBuilder::tieAnew(const KeyframeId& a, const KeyframeId& b) {
   const auto& [from, to] = std::minmax(a, b);
-  const bool by_odometry = from.robot == to.robot && from.session == to.session && to.sequence - from.sequence == 1;
-  if (by_odometry) return {};
   const Pose T_from_to = T_map_cam_.at(from).inverse() * T_map_cam_.at(to);
   const auto known = ties_.find({from, to});
   if (known != ties_.end()) {
+    if (known->second.kind == EdgeKind::kOdometry) return {};
     const Pose change = known->second.T_from_to.inverse() * T_from_to;
     const bool moved =
         change.translation().norm() > options_.covisibility.moved_m || change.angle() > options_.covisibility.moved_rad;
@@ -48,6 +69,7 @@ Result<void> MapBuilder::refine(const std::function<void(size_t, size_t)>& progr
   const size_t all = by_index_.size() * static_cast<size_t>(options_.refine_rounds);
   for (const KeyframeId& anchor : components_.anchors()) {
     for (int round = 0; round < options_.refine_rounds; ++round) {
+      indexTies();
       auto members = sketchesOf(anchor);
       if (!members) return members.error();
       std::sort(members->begin(), members->end(),
