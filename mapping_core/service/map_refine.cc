@@ -15,18 +15,7 @@ Result<void> MapBuilder::tie(const KeyframeId& id, size_t most, std::span<const 
   return {};
 }
 
-// Edges may have been withdrawn since, and others have taken their places.
 void MapBuilder::indexTies() {
-  const auto holds = [&](const auto& tie) {
-    if (!tie.second.edge) return true;
-    if (*tie.second.edge >= edges_.size()) return false;
-    const Edge& edge = edges_[*tie.second.edge];
-    return edge.from == tie.first.first && edge.to == tie.first.second && edge.kind == tie.second.kind;
-  };
-  if (!std::all_of(ties_.begin(), ties_.end(), holds)) {
-    ties_.clear();
-    indexed_edges_ = 0;
-  }
   for (; indexed_edges_ < edges_.size(); ++indexed_edges_) {
     const Edge& edge = edges_[indexed_edges_];
     if (edge.kind != EdgeKind::kOdometry && edge.kind != EdgeKind::kCovisibility) continue;
@@ -69,6 +58,8 @@ Result<void> MapBuilder::refine(const std::function<void(size_t, size_t)>& progr
   const size_t all = by_index_.size() * static_cast<size_t>(options_.refine_rounds);
   for (const KeyframeId& anchor : components_.anchors()) {
     for (int round = 0; round < options_.refine_rounds; ++round) {
+      auto transaction = store_.begin();
+      if (!transaction) return transaction.error();
       indexTies();
       auto members = sketchesOf(anchor);
       if (!members) return members.error();
@@ -79,9 +70,9 @@ Result<void> MapBuilder::refine(const std::function<void(size_t, size_t)>& progr
         if (auto tied = tie(member.sketch->id, most, *members); !tied) return tied;
         if (progress) progress(++done, all);
       }
-      if (members->size() < 2) continue;
       auto moved = optimise(anchor);
       if (!moved) return moved.error();
+      if (auto committed = transaction->commit(); !committed) return committed.error();
     }
   }
   return {};

@@ -148,6 +148,8 @@ Result<void> MapBuilder::reshape(Standing standing, const std::set<KeyframeId>& 
   }
   components_ = std::move(standing.components);
   edges_ = std::move(standing.edges);
+  ties_.clear();  // they name places in edges_
+  indexed_edges_ = 0;
   return {};
 }
 
