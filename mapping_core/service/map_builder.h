@@ -112,7 +112,6 @@ class MapBuilder {
   Result<MergeRecord> merge(const std::vector<Closure>& closures);
   Result<void> addEdge(const Closure& closure, uint32_t merge = 0);
 
-  Result<void> addEdge(const Closure& closure);
   Result<void> tie(const KeyframeId& id, size_t most, std::span<const PlacedSketch> members);
   void indexTies();
   Result<void> tieAnew(const KeyframeId& from, const KeyframeId& to);

@@ -46,6 +46,7 @@ Keyframe roomKeyframe(char robot, uint32_t sequence) {
 MapBuilderOptions roomOptions() {
   MapBuilderOptions options;
   options.loop_gap = 2;
+  options.live_ties = 0;  // they depend on where the map had a pair, so on what it was joined with
   options.fusion.initial_capacity = 1 << 18;
   return options;
 }
