@@ -87,6 +87,21 @@ TEST_P(Replay, TwoHalvesOfARecordedKitchenBecomeOneMap) {
 INSTANTIATE_TEST_SUITE_P(Links, Replay, testing::Values("loopback", "dds"),
                          [](const auto& tested) { return std::string(tested.param); });
 
+// The two rooms have their furniture in common, but not books, pictures and what lies about: single views match.
+TEST(ReplayLoopback, LookAlikeRoomsStayTwoMaps) {
+  const TemporaryFolder folder;
+  const std::string twins = folder.path("twins");
+  const ProgramRun made =
+      runProgram("fleet synth --scene twins --robots 2 --frames 60 --seed 1 --noise kinect --out " + twins);
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const Json report = replay("loopback", "--robot a=" + twins + "/a --robot b=" + twins + "/b", folder.path("run"));
+  ASSERT_FALSE(report.is_null());
+  EXPECT_EQ(report.at("maps").size(), 2u) << report.at("maps").dump(2);
+  EXPECT_TRUE(report.at("merges").empty());
+  EXPECT_GT(report.at("verdicts").at("accepted").get<int>(), 1) << "views that match are what makes this hard";
+  EXPECT_GT(report.at("verdicts").at("refused").value("contradiction", 0), 0);
+}
+
 TEST(ReplayLoopback, SameInputGivesTheSameBits) {
   if (flatDir().empty()) GTEST_SKIP() << "COMAP_FLAT_DIR names no synthetic flat; run by ctest, which makes one";
   const std::string flat = flatDir();
