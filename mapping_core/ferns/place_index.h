@@ -1,4 +1,4 @@
-// Which keyframes look like this one: inverted lists over fern codes.
+// Which keyframes look like this one: fern codes compared 64 at a time, bit by bit.
 #pragma once
 
 #include <cstdint>
@@ -23,16 +23,25 @@ class PlaceIndex {
   /// `place` is the caller's number for the keyframe. False if the code's size or book differs from earlier ones.
   bool add(uint32_t place, const FernCode& code);
 
-  /// The `count` most similar places that `admit` lets pass, most similar first; ties by lower number.
+  /// The `count` most similar places that `admit` lets pass, most similar first; ties by lower number. `admit` is asked
+  /// only of places that are more similar than the last one found; it must not depend on the order of asking.
   std::vector<PlaceCandidate> query(const FernCode& code, size_t count,
                                     const std::function<bool(uint32_t place)>& admit) const;
   size_t size() const { return places_.size(); }
 
  private:
+  // 64 ferns, a bit each.
+  struct Slice {
+    uint64_t valid = 0;     // has depth
+    uint64_t code = 0;      // has a code
+    uint64_t bits[4] = {};  // of the code
+  };
+  static std::vector<Slice> sliced(const FernCode& code);
+
   uint64_t book_hash_ = 0;
-  std::vector<uint32_t> places_;                           // by slot
-  std::vector<FernCode> codes_;                            // by slot
-  std::vector<std::vector<std::vector<uint32_t>>> slots_;  // [fern][code] -> slots
+  size_t ferns_ = 0;
+  std::vector<uint32_t> places_;  // by slot
+  std::vector<Slice> slices_;     // by slot, one after the other
 };
 
 }  // namespace comap

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "mapping_core/ferns/fern_encoder.h"
 #include "tests/scenes/scene.h"
@@ -109,6 +111,41 @@ TEST(PlaceIndex, badFernsDoNotCount) {
   std::vector<uint8_t> few(20, kBad);
   few[0] = 7;
   EXPECT_DOUBLE_EQ(dissimilarity(codeOf(few), codeOf(few)), 1) << "a twentieth is too little to say anything";
+}
+
+TEST(PlaceIndex, theSameAsComparingWithEachOne) {
+  std::mt19937 engine(3);
+  const auto draw = [&](size_t ferns, uint32_t kinds) {
+    std::vector<uint8_t> codes(ferns);
+    for (uint8_t& code : codes) code = engine() % 6 == 0 ? FernCode::kBad : static_cast<uint8_t>(engine() % kinds);
+    return codeOf(codes);
+  };
+  for (const size_t ferns : {1u, 63u, 64u, 65u, 500u})
+    for (const uint32_t kinds : {2u, 16u}) {
+      PlaceIndex index;
+      std::vector<FernCode> codes;
+      for (uint32_t place = 0; place < 200; ++place) {
+        codes.push_back(draw(ferns, kinds));
+        ASSERT_TRUE(index.add(place, codes.back()));
+      }
+      for (int round = 0; round < 10; ++round) {
+        const FernCode query = draw(ferns, kinds);
+        std::vector<std::pair<double, uint32_t>> expected;
+        for (uint32_t place = 0; place < 200; ++place) {
+          size_t equal = 0;
+          for (size_t i = 0; i < ferns; ++i)
+            equal += query.codes[i] != FernCode::kBad && query.codes[i] == codes[place].codes[i];
+          if (equal > 0 && place % 3 != 0) expected.emplace_back(dissimilarity(query, codes[place]), place);
+        }
+        std::sort(expected.begin(), expected.end());
+        const auto found = index.query(query, 12, [](uint32_t place) { return place % 3 != 0; });
+        ASSERT_EQ(found.size(), std::min<size_t>(12, expected.size()));
+        for (size_t i = 0; i < found.size(); ++i) {
+          EXPECT_EQ(found[i].place, expected[i].second);
+          EXPECT_EQ(found[i].dissimilarity, expected[i].first);
+        }
+      }
+    }
 }
 
 TEST(PlaceIndex, anEmptyIndexKnowsNothing) {
