@@ -17,6 +17,7 @@ Agent::Agent(const AgentConfig& config, uint64_t session, FrameSource& source, L
       link_(link),
       log_(std::move(log)),
       record_(std::move(record)),
+      book_(FernBook::standard(config.fern_seed)),
       odometry_(config.odometry),
       sender_(link, config.robot, session, config.sender) {}
 

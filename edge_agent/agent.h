@@ -85,7 +85,7 @@ class Agent {
   Link& link_;
   Log log_;
   Record record_;
-  FernBook book_ = FernBook::standard();
+  FernBook book_;
   VisualOdometry odometry_;
   KeyframeSender sender_;
   TileCache cache_;

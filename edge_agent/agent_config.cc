@@ -46,6 +46,8 @@ Result<AgentConfig> readAgentConfig(const std::string& path) {
   config.max_waiting_keyframes = waiting;
   config.sender.resend_after = std::chrono::milliseconds(resend_ms);
 
+  reader->section("ferns").read("seed", config.fern_seed);
+
   ConfigReader downlink = reader->section("downlink");
   downlink.read("radius_m", config.interest_radius_m, 0.5, 1000);
   downlink.read("budget_bytes_per_s", config.downlink_bytes_per_s, 1000, 1'000'000'000);
@@ -80,6 +82,8 @@ uplink:
   max_waiting_keyframes: {}     # a recorded source pauses at so many unacknowledged
   resend_after_ms: {}
   jpeg_quality: {}
+ferns:
+  seed: {}                   # of the book of place codes; the same as the core's
 downlink:
   radius_m: {}                  # of map tiles wanted around the robot
   budget_bytes_per_s: {}
@@ -88,7 +92,7 @@ downlink:
       c.odometry.depth_max_m, c.odometry.alignment.noise.floor_m, c.odometry.alignment.noise.factor_per_m,
       c.odometry.alignment.photometric_weight, c.odometry.lost_after, c.keyframes.translation_m,
       c.keyframes.rotation_rad, c.keyframes.overlap, c.keyframes.max_frames, c.sender.window, c.max_waiting_keyframes,
-      c.sender.resend_after.count(), c.sender.jpeg_quality, c.interest_radius_m, c.downlink_bytes_per_s);
+      c.sender.resend_after.count(), c.sender.jpeg_quality, c.fern_seed, c.interest_radius_m, c.downlink_bytes_per_s);
 }
 
 }  // namespace comap

@@ -6,6 +6,7 @@
 #include "edge_agent/keyframes/keyframe_selector.h"
 #include "edge_agent/odometry/visual_odometry.h"
 #include "edge_agent/uplink/keyframe_sender.h"
+#include "mapping_core/ferns/fern_book.h"
 #include "protocol/link/dds_link.h"
 
 namespace comap {
@@ -17,7 +18,8 @@ struct AgentConfig {
   OdometryOptions odometry;
   KeyframeOptions keyframes;
   SenderOptions sender;
-  size_t max_waiting_keyframes = 16;  ///< a recorded source pauses while so many are unacknowledged
+  size_t max_waiting_keyframes = 16;             ///< a recorded source pauses while so many are unacknowledged
+  uint32_t fern_seed = FernBook::kStandardSeed;  ///< the same as the core's
   double interest_radius_m = 10;
   uint32_t downlink_bytes_per_s = 4'000'000;
   uint32_t interest_every_frames = 15;

@@ -130,6 +130,15 @@ Result<RunEvaluation> evaluateRun(const std::string& run, const RunTruth& truth,
     }
   }
   if (auto surface = evaluateSurface(run, truth, threads, evaluation); !surface) return surface.error();
+  const std::string store = (fs::path(run) / "map.comap").string();
+  std::error_code problem;
+  if (!fs::exists(store, problem)) {
+    evaluation.closures_reason = "there is no store " + store;
+    return evaluation;
+  }
+  auto closures = evaluateClosures(store, truth.trajectories);
+  if (!closures) return closures.error();
+  evaluation.closures = *closures;
   return evaluation;
 }
 
@@ -168,6 +177,10 @@ Result<json> updateReport(const std::string& run, const RunEvaluation& evaluatio
     report["surface"] = nullptr;
     report["surface_reason"] = evaluation.surface_reason;
   }
+
+  report.erase("closures_reason");
+  report["closures"] = evaluation.closures ? toJson(*evaluation.closures) : json(nullptr);
+  if (!evaluation.closures) report["closures_reason"] = evaluation.closures_reason;
 
   const std::string path = reportPath(run), fresh = path + ".new";
   std::ofstream file(fresh, std::ios::binary);

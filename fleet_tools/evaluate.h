@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "fleet_tools/evaluate_closures.h"
 #include "fleet_tools/metrics.h"
 #include "fleet_tools/metrics_surface.h"
 
@@ -34,6 +35,8 @@ struct RunEvaluation {
   std::string joint_reason;  ///< why there is no joint ATE
   std::optional<SurfaceScore> surface;
   std::string surface_reason;  ///< why there is none
+  std::optional<ClosureScore> closures;
+  std::string closures_reason;  ///< why there is none
 };
 
 struct RunTruth {
@@ -41,7 +44,8 @@ struct RunTruth {
   std::string surface;                              ///< PLY, empty = none
 };
 
-/// Reads run/report.json, run/<robot>.trajectory.txt for each robot of `truth`, and run/map.ply if a surface is given.
+/// Reads run/report.json, run/<robot>.trajectory.txt for each robot of `truth`, run/map.comap if there is one, and
+/// run/map.ply if a surface is given.
 /// Robots share the joint alignment only if the report has them in one map; else joint and surface are left out, with
 /// the reason. Surface points are aligned by the joint alignment.
 Result<RunEvaluation> evaluateRun(const std::string& run, const RunTruth& truth, int threads);

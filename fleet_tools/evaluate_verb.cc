@@ -4,15 +4,17 @@
 #include <thread>
 
 #include "fleet_tools/evaluate.h"
+#include "fleet_tools/evaluate_table.h"
 #include "fleet_tools/fail.h"
+#include "fleet_tools/text_table.h"
 #include "fleet_tools/verb.h"
 
 namespace comap {
 namespace {
 
 struct EvaluateOptions {
-  std::string run, trajectory, surface;
-  std::vector<std::string> truths;
+  std::string trajectory, surface;
+  std::vector<std::string> runs, truths;
   bool json = false;
 };
 
@@ -26,7 +28,7 @@ void printRpe(const char* name, const std::optional<Rpe>& rpe) {
 }
 
 int evaluateOne(const EvaluateOptions& options) {
-  if (options.truths.size() != 1 || !options.surface.empty() || !options.run.empty()) {
+  if (options.truths.size() != 1 || !options.surface.empty() || !options.runs.empty()) {
     return failWith({ErrorCode::kWrongUse, "--trajectory takes one --truth FILE, and neither RUN nor --surface"});
   }
   auto result = evaluateTrajectory(options.trajectory, options.truths.front());
@@ -42,6 +44,23 @@ int evaluateOne(const EvaluateOptions& options) {
   printRpe("RPE frame", result->rpe_frame);
   printRpe("RPE 1 s", result->rpe_second);
   return 0;
+}
+
+std::string percent(const std::optional<double>& share) {
+  return share ? fixed(100 * *share, 1) + " %" : std::string("none");
+}
+
+void printClosures(const ClosureScore& s) {
+  std::printf("closures     between robots: precision %s (%zu of %zu); recall %s of %zu keyframes, %s of %zu pairs\n",
+              percent(s.precision()).c_str(), s.right, s.accepted, percent(s.queryRecall()).c_str(), s.queries,
+              percent(s.pairRecall()).c_str(), s.pairs);
+  std::printf("merges       %zu, of them false %zu (%zu not taken back); first right one ", s.merges, s.false_merges,
+              s.false_merges_standing);
+  if (s.first_merge_s) {
+    std::printf("after %.1f s, %u keyframes\n", *s.first_merge_s, s.first_merge_keyframes.value_or(0));
+  } else {
+    std::printf("none\n");
+  }
 }
 
 void printRun(const RunEvaluation& evaluation) {
@@ -70,6 +89,11 @@ void printRun(const RunEvaluation& evaluation) {
   } else {
     std::printf("surface      none: %s\n", evaluation.surface_reason.c_str());
   }
+  if (evaluation.closures) {
+    printClosures(*evaluation.closures);
+  } else {
+    std::printf("closures     none: %s\n", evaluation.closures_reason.c_str());
+  }
 }
 
 int evaluateWhole(const EvaluateOptions& options) {
@@ -85,14 +109,32 @@ int evaluateWhole(const EvaluateOptions& options) {
     }
   }
   const int threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
-  auto evaluation = evaluateRun(options.run, truth, threads);
-  if (!evaluation) return failWith(evaluation.error());
-  auto report = updateReport(options.run, *evaluation);
-  if (!report) return failWith(report.error());
-  if (options.json) {
-    std::printf("%s\n", report->dump(2).c_str());
-  } else {
-    printRun(*evaluation);
+  std::vector<std::string> runs;
+  for (const std::string& given : options.runs) {
+    const auto found = runsIn(given);
+    if (!found) return failWith(found.error());
+    runs.insert(runs.end(), found->begin(), found->end());
+  }
+  std::vector<RunNumbers> numbers;
+  nlohmann::json reports;
+  for (const std::string& run : runs) {
+    auto evaluation = evaluateRun(run, truth, threads);
+    if (!evaluation) return failWith(evaluation.error());
+    auto report = updateReport(run, *evaluation);
+    if (!report) return failWith(report.error());
+    numbers.push_back(numbersOf(*evaluation));
+    reports[run] = *report;
+    if (runs.size() == 1 && !options.json) printRun(*evaluation);
+  }
+  if (options.json && runs.size() == 1) {
+    std::printf("%s\n", reports[runs.front()].dump(2).c_str());
+  } else if (options.json) {
+    const RunSummary summary = summarise(numbers);
+    const nlohmann::json all = {
+        {"runs", reports}, {"median", toJson(summary.median)}, {"worst", toJson(summary.worst)}};
+    std::printf("%s\n", all.dump(2).c_str());
+  } else if (runs.size() > 1) {
+    std::printf("%s", tableOf(runs, numbers).c_str());
   }
   return 0;
 }
@@ -106,14 +148,18 @@ void addEvaluateVerb(CLI::App& app, int& exit_code) {
       "              --surface data/flat/surface.ply\n"
       "          fleet evaluate --trajectory a.txt --truth data/flat/a/groundtruth.txt");
   auto options = std::make_shared<EvaluateOptions>();
-  verb->add_option("RUN", options->run, "Folder that fleet replay wrote; its report.json gets the numbers");
+  verb->add_option(
+      "RUN", options->runs,
+      "Folders that fleet replay wrote; each one's report.json gets the numbers. Several (or one of replay "
+      "--seeds): a table with median and worst");
   verb->add_option("--truth", options->truths, "NAME=FILE for each robot, or FILE with --trajectory (TUM format)")
       ->required();
   verb->add_option("--trajectory", options->trajectory, "One trajectory in the TUM format, instead of RUN");
   verb->add_option("--surface", options->surface, "PLY of the true surface, in the frame of the truth");
-  verb->add_flag("--json", options->json, "Print JSON (for RUN: the report as it is now)");
+  verb->add_flag("--json", options->json,
+                 "Print JSON (for one RUN: the report as it is now; for several: runs, median, worst)");
   verb->callback([options, &exit_code] {
-    if (options->run.empty() && options->trajectory.empty()) {
+    if (options->runs.empty() && options->trajectory.empty()) {
       exit_code = failWith({ErrorCode::kWrongUse, "expected RUN or --trajectory FILE"});
       return;
     }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "edge_agent/agent_report.h"
+#include "mapping_core/ferns/fern_book.h"
 #include "mapping_core/service/core_report.h"
 
 namespace comap {
@@ -19,6 +20,7 @@ struct ReplayOptions {
   std::vector<ReplayRobot> robots;
   std::string out;  ///< folder that exists
   std::string device = "auto";
+  uint32_t fern_seed = FernBook::kStandardSeed;
   bool realtime = false;
   int domain = -1;  ///< DDS domain; -1 = one of 100..219 by process id, so that runs do not meet
 };

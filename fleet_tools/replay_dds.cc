@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <thread>
 
 #include "edge_agent/capture/source_uri.h"
@@ -44,6 +45,16 @@ Result<void> awaitRobots(const ReplayOptions& options, ChildProcess& core, std::
   }
 }
 
+// What both programs must agree on; all else is default.
+Result<std::string> writeConfig(const ReplayOptions& options) {
+  const std::string path = options.out + "/logs/config.yaml";
+  std::ofstream file(path);
+  file << "ferns:\n  seed: " << options.fern_seed << "\n";
+  file.close();
+  if (!file) return Error{ErrorCode::kUnreachable, path + ": cannot be written"};
+  return path;
+}
+
 }  // namespace
 
 Result<ReplayOutcome> replayDds(const ReplayOptions& options, const ReplayProgress& progress) {
@@ -55,8 +66,10 @@ Result<ReplayOutcome> replayDds(const ReplayOptions& options, const ReplayProgre
   std::error_code ignored;
   std::filesystem::create_directories(options.out + "/logs", ignored);
   const int domain = options.domain >= 0 ? options.domain : 100 + static_cast<int>(getpid() % 120);
-  const std::vector<std::string> site = {"--domain", std::to_string(domain), "--core-site",
-                                         "replay-" + std::to_string(getpid())};
+  const auto config = writeConfig(options);
+  if (!config) return config.error();
+  const std::vector<std::string> site = {
+      "--config", *config, "--domain", std::to_string(domain), "--core-site", "replay-" + std::to_string(getpid())};
 
   const std::string folder = programFolder();
   std::vector<std::string> arguments = site;

@@ -91,6 +91,7 @@ Result<ReplayOutcome> replayLoopback(const ReplayOptions& options, const ReplayP
     robots.push_back({robot.name, std::move(*source), hub.connect(LinkRole::kRobot, robot.name), nullptr, {}, false});
   }
   CoreConfig core;
+  core.service.fern_seed = options.fern_seed;
   gpu::DeviceOptions device_options;
   device_options.choice = options.device;
   auto device = gpu::Device::create(device_options);
@@ -108,6 +109,7 @@ Result<ReplayOutcome> replayLoopback(const ReplayOptions& options, const ReplayP
   for (ReplayedRobot& robot : robots) {
     AgentConfig config;
     config.robot = robot.name;
+    config.fern_seed = options.fern_seed;
     robot.agent = std::make_unique<Agent>(config, ++session, *robot.source, *robot.link, logAs(robot.name),
                                           [&robot](const FrameRecord& frame) { robot.trajectory.push_back(frame); });
     if (auto greeted = robot.agent->hello(); !greeted) return greeted.error();

@@ -1,5 +1,6 @@
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -22,6 +23,7 @@ struct ReplayArguments {
   std::vector<std::string> robots;
   std::string link = "dds", mode = "graph";
   ReplayOptions options;
+  int seeds = 0;  // 0: one run, in --out itself
   bool overwrite = false, json = false;
 };
 
@@ -49,9 +51,15 @@ Result<void> prepareFolder(const std::string& out, bool overwrite) {
   if (fs::exists(out, error) && !fs::is_empty(out, error)) {
     if (!fs::exists(out + kRunMark, error))
       return Error{ErrorCode::kWrongUse, "--out " + out + ": folder is not empty and holds no earlier run"};
-    const bool has_store = fs::exists(storePathOf(out), error);
-    if (has_store)
-      if (auto free = StoreLock::take(storePathOf(out)); !free) return free.error();
+    bool has_store = false;
+    std::vector<std::string> runs = {out};
+    for (const auto& entry : fs::directory_iterator(out, error))
+      if (fs::exists(entry.path().string() + kRunMark, error)) runs.push_back(entry.path().string());
+    for (const std::string& earlier : runs) {
+      if (!fs::exists(storePathOf(earlier), error)) continue;
+      has_store = true;
+      if (auto free = StoreLock::take(storePathOf(earlier)); !free) return free.error();
+    }
     if (has_store && !overwrite)
       return Error{ErrorCode::kWrongUse,
                    "--out " + out + ": holds a run already; choose another folder or --overwrite"};
@@ -105,21 +113,7 @@ int failIfIncomplete(const nlohmann::json& report) {
   return 0;
 }
 
-int run(ReplayArguments& arguments) {
-  if (arguments.mode == "paper")
-    return failWith({ErrorCode::kWrongUse, "--mode paper: this build has the graph mode only"});
-  if (arguments.options.realtime && arguments.link == "loopback")
-    return failWith({ErrorCode::kWrongUse, "--realtime: loopback has no clock; use --link dds"});
-  auto robots = parseRobots(arguments.robots);
-  if (!robots) return failWith(robots.error());
-  arguments.options.robots = std::move(*robots);
-  // Before a folder is made: a wrong source is the most common mistake.
-  for (const ReplayRobot& robot : arguments.options.robots)
-    if (auto source = openSource(robot.source); !source)
-      return failWith({source.error().code, "robot " + robot.name + ": " + source.error().text});
-  if (auto prepared = prepareFolder(arguments.options.out, arguments.overwrite); !prepared)
-    return failWith(prepared.error());
-
+int runOnce(const ReplayArguments& arguments) {
   const bool terminal = isatty(STDERR_FILENO) != 0;
   const auto progress = [terminal](const std::string& stage, size_t done, size_t all) {
     if (terminal) std::fprintf(stderr, "\r\033[K%s: %zu of %zu", stage.c_str(), done, all);
@@ -135,6 +129,36 @@ int run(ReplayArguments& arguments) {
   else
     printSummary(*report, arguments.options.out);
   return failIfIncomplete(*report);
+}
+
+// A run a seed in seed-1, seed-2 ...; the first book is the standard one. The exit code is the worst one.
+int runSeeds(const ReplayArguments& arguments) {
+  int worst = 0;
+  for (int seed = 0; seed < arguments.seeds; ++seed) {
+    ReplayArguments one = arguments;
+    one.options.out += "/seed-" + std::to_string(seed + 1);
+    one.options.fern_seed += static_cast<uint32_t>(seed);
+    if (auto prepared = prepareFolder(one.options.out, false); !prepared) return failWith(prepared.error());
+    worst = std::max(worst, runOnce(one));
+  }
+  return worst;
+}
+
+int run(ReplayArguments& arguments) {
+  if (arguments.mode == "paper")
+    return failWith({ErrorCode::kWrongUse, "--mode paper: this build has the graph mode only"});
+  if (arguments.options.realtime && arguments.link == "loopback")
+    return failWith({ErrorCode::kWrongUse, "--realtime: loopback has no clock; use --link dds"});
+  auto robots = parseRobots(arguments.robots);
+  if (!robots) return failWith(robots.error());
+  arguments.options.robots = std::move(*robots);
+  // Before a folder is made: a wrong source is the most common mistake.
+  for (const ReplayRobot& robot : arguments.options.robots)
+    if (auto source = openSource(robot.source); !source)
+      return failWith({source.error().code, "robot " + robot.name + ": " + source.error().text});
+  if (auto prepared = prepareFolder(arguments.options.out, arguments.overwrite); !prepared)
+    return failWith(prepared.error());
+  return arguments.seeds == 0 ? runOnce(arguments) : runSeeds(arguments);
 }
 
 }  // namespace
@@ -158,6 +182,9 @@ void addReplayVerb(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   verb->add_option("--domain", arguments->options.domain, "DDS domain; by default one by process id")
       ->check(CLI::Range(0, 230));
+  verb->add_option("--seeds", arguments->seeds,
+                   "Run so many times, each with another book of place codes, into OUT/seed-1, OUT/seed-2 ...")
+      ->check(CLI::Range(1, 1000));
   verb->add_flag("--realtime", arguments->options.realtime, "Play at the recorded speed (with --link dds)");
   verb->add_flag("--overwrite", arguments->overwrite, "Replace an earlier run in the same folder");
   verb->add_flag("--json", arguments->json, "Print report.json instead of the summary");

@@ -19,8 +19,9 @@ struct Fern {
 
 class FernBook {
  public:
-  /// The book every CoMap robot uses: 500 ferns, depth thresholds 0.4 to 5 m.
-  static FernBook standard() { return FernBook(0x5EED, 500, 400, 5000); }
+  static constexpr uint32_t kStandardSeed = 0x5EED;
+  /// The book of all robots of a core: 500 ferns, depth thresholds 0.4 to 5 m.
+  static FernBook standard(uint64_t seed = kStandardSeed) { return FernBook(seed, 500, 400, 5000); }
 
   FernBook(uint64_t seed, int count, uint16_t depth_min_mm, uint16_t depth_max_mm);
 

@@ -125,12 +125,12 @@ Result<GraphUpdate> GraphSolver::solve() {
   rounds_ = iterations_ = 0;
   std::fill(edges_moved_.begin(), edges_moved_.end(), 0);
   const std::vector<double> weights_before = graph_.weights();
-  const State before = state();
   std::vector<uint32_t> fresh;
   for (const uint32_t i : fresh_)
     if (!removed_[i]) fresh.push_back(i);
   fresh_.clear();
   const std::vector<uint32_t> trial = screen(fresh);
+  const State before = state();  // what was refuted is out of it
 
   std::vector<uint32_t> pulling;
   for (const uint32_t i : fresh)

@@ -44,6 +44,8 @@ Result<CoreConfig> readCoreConfig(const std::string& path) {
   mapping.loop_candidates = loops;
   mapping.vote.needed = votes;
 
+  reader->section("ferns").read("seed", config.service.fern_seed);
+
   ConfigReader tiles = reader->section("tiles");
   tiles.read("every_keyframes", config.service.tile_every_keyframes, 1, 10000);
   tiles.read("spacing_m", config.service.tile_spacing_m, 0.002, 0.5);
@@ -78,6 +80,8 @@ matching:                # when two keyframes see the same place
   photometric_median: {}  # grey levels, at most
   seen_through: {}       # share of pixels, at most
   votes: {}              # closures that must agree before two maps become one
+ferns:
+  seed: {}            # of the book of place codes; the same as the robots'
 tiles:
   every_keyframes: {}    # renewed after so many, and when the core is idle
   spacing_m: {}          # level of detail that goes to robots
@@ -85,8 +89,8 @@ tiles:
       c.store, c.device, c.link.domain, c.link.site, c.link.interface_address, c.link.insecure, m.fusion.depth_min_m,
       m.fusion.depth_max_m, m.fusion.stable_confidence, m.fusion.averaging_limit, m.candidates, m.loop_candidates,
       m.max_dissimilarity, m.verifier.inlier_ratio, m.verifier.overlap, m.verifier.rms_sigma, m.verifier.degeneracy,
-      m.verifier.photometric_median, m.verifier.seen_through, m.vote.needed, c.service.tile_every_keyframes,
-      c.service.tile_spacing_m);
+      m.verifier.photometric_median, m.verifier.seen_through, m.vote.needed, c.service.fern_seed,
+      c.service.tile_every_keyframes, c.service.tile_spacing_m);
 }
 
 }  // namespace comap

@@ -22,7 +22,7 @@ MappingService::MappingService(const ServiceOptions& options, Link& link, MapSto
       device_(device),
       log_(std::move(log)),
       ingest_(store),
-      registry_(FernBook::standard().hash()),
+      registry_(FernBook::standard(options.fern_seed).hash()),
       builder_(device, store, options.mapping) {}
 
 Result<void> MappingService::resume() {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "mapping_core/ferns/fern_book.h"
 #include "mapping_core/ingest/keyframe_ingest.h"
 #include "mapping_core/ingest/robot_registry.h"
 #include "mapping_core/service/map_builder.h"
@@ -18,6 +19,7 @@ namespace comap {
 
 struct ServiceOptions {
   MapBuilderOptions mapping;
+  uint32_t fern_seed = FernBook::kStandardSeed;  ///< the same as all robots'
   uint32_t tile_every_keyframes = 6;  ///< a map's tiles are renewed after so many keyframes, and when the core is idle
   float tile_spacing_m = 0.01f;       ///< level of detail that goes to robots
 };
