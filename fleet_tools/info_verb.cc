@@ -29,7 +29,7 @@ struct StoreInfo {
   std::string path, version;
   bool complete = false;  ///< the core that wrote it has ended in order: poses and tiles are final
   uintmax_t bytes_on_disk = 0;
-  size_t keyframes = 0, keyframes_without_pose = 0, merges = 0;
+  size_t keyframes = 0, keyframes_without_pose = 0, merges = 0, undone_merges = 0, withdrawn_edges = 0;
   std::vector<RobotInfo> robots;  // in order of arrival
   std::map<MapId, MapInfo> maps;
   size_t edges[kEdgeKinds] = {};
@@ -101,12 +101,16 @@ Result<StoreInfo> gather(const std::string& path) {
   const auto edges = store->edges();
   if (!edges) return edges.error();
   for (const Edge& edge : *edges) ++info.edges[static_cast<size_t>(edge.kind)];
-  const auto verdicts = store->verdicts();
+  const auto verdicts = store->verdictCounts();
   if (!verdicts) return verdicts.error();
-  for (const MatchVerdict& verdict : *verdicts) ++(verdict.accepted ? info.accepted : info.refused[verdict.reason]);
+  for (const auto& [reason, count] : *verdicts) (reason == "accepted" ? info.accepted : info.refused[reason]) = count;
   const auto merges = store->merges();
   if (!merges) return merges.error();
   info.merges = merges->size();
+  for (const MergeRecord& merge : *merges) info.undone_merges += !merge.undone.empty();
+  const auto withdrawn = store->withdrawnEdges();
+  if (!withdrawn) return withdrawn.error();
+  info.withdrawn_edges = withdrawn->size();
   return info;
 }
 
@@ -143,7 +147,9 @@ nlohmann::json jsonOf(const StoreInfo& info) {
             {"inter_robot", info.edges[2]},
             {"covisibility", info.edges[3]}}},
           {"verdicts", {{"accepted", info.accepted}, {"refused", refused}}},
-          {"merges", info.merges}};
+          {"merges", info.merges},
+          {"undone_merges", info.undone_merges},
+          {"withdrawn_edges", info.withdrawn_edges}};
 }
 
 std::string joined(const std::set<std::string>& names) {
@@ -158,6 +164,8 @@ void print(const StoreInfo& info) {
               info.version.empty() ? "" : (", written by CoMap " + printable(info.version)).c_str());
   std::printf("%zu keyframes (%zu without a pose yet), %zu merges\n", info.keyframes, info.keyframes_without_pose,
               info.merges);
+  if (info.undone_merges > 0)
+    std::printf("%zu of the merges were undone; %zu edges are withdrawn\n", info.undone_merges, info.withdrawn_edges);
   if (!info.complete)
     std::printf("INCOMPLETE: the core is still writing or was cut off; poses and tiles are not the final ones\n");
   std::printf("edges: %zu odometry, %zu loop, %zu inter-robot, %zu covisibility\n\n", info.edges[0], info.edges[1],

@@ -16,6 +16,8 @@ void addVerbs(CLI::App& app, int& exit_code) {
   comap::addInfoVerb(app, exit_code);
   comap::addMatchesVerb(app, exit_code);
   comap::addMergesVerb(app, exit_code);
+  comap::addSplitVerb(app, exit_code);
+  comap::addForgetVerb(app, exit_code);
 }
 
 }  // namespace

@@ -12,19 +12,34 @@ namespace comap {
 namespace {
 
 struct MatchesOptions {
-  std::string store;
+  std::string store, reason, robot;
   bool refused = false, json = false;
 };
+
+std::string failedText(const MatchVerdict& verdict) {
+  std::string text;
+  for (const FailedNumber& number : failedNumbers(verdict)) {
+    const bool degeneracy = number.name == std::string("degeneracy");
+    text += (text.empty() ? "" : ", ") + std::string(number.name) + " " + fixed(number.value, degeneracy ? 5 : 3);
+  }
+  return text.empty() ? std::string("-") : text;
+}
+
+void printCounts(const std::map<std::string, size_t>& counts) {
+  TextTable table({"VERDICT", "COUNT"});
+  for (const auto& [reason, count] : counts) table.add({reason, std::to_string(count)});
+  if (!table.empty()) std::printf("\n%s", table.text().c_str());
+}
 
 void print(const std::vector<MatchVerdict>& verdicts) {
   if (verdicts.empty()) {
     std::printf("no such matches\n");
     return;
   }
-  TextTable table({"QUERY", "CANDIDATE", "VERDICT", "FERNS", "INLIERS", "RMS sigma", "DEGENERACY", "GREY", "THROUGH",
-                   "TRIP mm", "TRIP deg", "APART m"});
+  TextTable table({"QUERY", "CANDIDATE", "VERDICT", "FAILED", "FERNS", "INLIERS", "RMS sigma", "DEGENERACY", "GREY",
+                   "THROUGH", "TRIP mm", "TRIP deg", "APART m"});
   for (const MatchVerdict& v : verdicts) {
-    table.add({toString(v.query), toString(v.candidate), v.accepted ? "accepted" : v.reason,
+    table.add({toString(v.query), toString(v.candidate), v.accepted ? "accepted" : v.reason, failedText(v),
                fixed(v.fern_dissimilarity, 3), fixed(v.inlier_ratio, 3), fixed(v.rms_sigma, 2), fixed(v.degeneracy, 5),
                fixed(v.photometric_median, 1), fixed(v.seen_through, 3), fixed(1000 * v.round_trip_m, 1),
                fixed(v.round_trip_rad * 180 / std::numbers::pi, 2),
@@ -36,16 +51,20 @@ void print(const std::vector<MatchVerdict>& verdicts) {
 int run(const MatchesOptions& options) {
   const Result<MapStore> store = MapStore::open(options.store, MapStore::Mode::kReadOnly);
   if (!store) return failWith(store.error());
-  Result<std::vector<MatchVerdict>> verdicts = store->verdicts();
+  VerdictFilter filter{std::nullopt, options.reason, options.robot};
+  if (options.refused) filter.accepted = false;
+  const Result<std::vector<MatchVerdict>> verdicts = store->verdicts(filter);
   if (!verdicts) return failWith(verdicts.error());
-  if (options.refused) std::erase_if(*verdicts, [](const MatchVerdict& v) { return v.accepted; });
+  const auto counts = store->verdictCounts(options.robot);
+  if (!counts) return failWith(counts.error());
   if (!options.json) {
     print(*verdicts);
+    printCounts(*counts);
     return 0;
   }
   nlohmann::json matches = nlohmann::json::array();
   for (const MatchVerdict& verdict : *verdicts) matches.push_back(jsonOf(verdict));
-  printJson({{"matches", matches}});
+  printJson({{"matches", matches}, {"counts", *counts}});
   return 0;
 }
 
@@ -56,10 +75,14 @@ void addMatchesVerb(CLI::App& app, int& exit_code) {
   verb->footer(
       "FERNS dissimilarity of the codes, INLIERS share of points that agree, RMS of their distance, DEGENERACY\n"
       "smallest to largest eigenvalue, GREY levels apart, THROUGH share of pixels seen through, TRIP there and back.\n"
-      "Example: fleet matches run/map.comap --refused");
+      "FAILED is the number that the reason is about. Below the table: how many verdicts of each reason the store "
+      "holds.\n"
+      "Example: fleet matches run/map.comap --refused --reason inlier_ratio --robot a");
   auto options = std::make_shared<MatchesOptions>();
   verb->add_option("STORE", options->store, "Map store to read")->required();
   verb->add_flag("--refused", options->refused, "Only those that were refused");
+  verb->add_option("--reason", options->reason, "Only those of this reason, such as inlier_ratio");
+  verb->add_option("--robot", options->robot, "Only those with this robot on either side");
   verb->add_flag("--json", options->json, "Print one JSON document");
   verb->callback([options, &exit_code] { exit_code = run(*options); });
 }

@@ -16,13 +16,14 @@ void print(const std::vector<MergeRecord>& merges) {
     std::printf("no maps were merged\n");
     return;
   }
-  TextTable table({"MERGE", "KEPT", "ABSORBED", "ROBOTS", "VOTES", "SHIFT m", "TURN deg", "AT KEYFRAME"});
+  TextTable table({"MERGE", "KEPT", "ABSORBED", "ROBOTS", "VOTES", "SHIFT m", "TURN deg", "AT KEYFRAME", "UNDONE"});
   for (const MergeRecord& m : merges) {
     std::string robots;
     for (const std::string& robot : m.robots) robots += (robots.empty() ? "" : ", ") + robot;
     table.add({std::to_string(m.number), m.kept, m.absorbed, robots, std::to_string(m.voters.size()),
                fixed(m.T_kept_absorbed.translation().norm(), 3),
-               fixed(m.T_kept_absorbed.angle() * 180 / std::numbers::pi, 1), std::to_string(m.keyframes_ingested)});
+               fixed(m.T_kept_absorbed.angle() * 180 / std::numbers::pi, 1), std::to_string(m.keyframes_ingested),
+               m.undone.empty() ? "-" : m.undone});
   }
   std::printf("%s", table.text().c_str());
 }
@@ -45,7 +46,7 @@ int run(const std::string& path, bool json) {
 }  // namespace
 
 void addMergesVerb(CLI::App& app, int& exit_code) {
-  auto* verb = app.add_subcommand("merges", "Which maps became one, when, and by whose votes");
+  auto* verb = app.add_subcommand("merges", "Which maps became one, when, by whose votes, and which of it was undone");
   verb->footer("Example: fleet merges run/map.comap");
   auto path = std::make_shared<std::string>();
   auto json = std::make_shared<bool>(false);

@@ -10,11 +10,25 @@ nlohmann::json jsonOf(const Pose& pose) {
   return {{"translation_m", {t.x(), t.y(), t.z()}}, {"rotation_xyzw", {q.x(), q.y(), q.z(), q.w()}}};
 }
 
+std::vector<FailedNumber> failedNumbers(const MatchVerdict& v) {
+  if (v.reason == "coarse_alignment" || v.reason == "inlier_ratio") return {{"inlier_ratio", v.inlier_ratio}};
+  if (v.reason == "rms_sigma") return {{"rms_sigma", v.rms_sigma}};
+  if (v.reason == "degenerate") return {{"degeneracy", v.degeneracy}};
+  if (v.reason == "photometric") return {{"photometric_median", v.photometric_median}};
+  if (v.reason == "seen_through") return {{"seen_through", v.seen_through}};
+  if (v.reason == "contradiction") return {{"contradicted", v.seen_through}};
+  if (v.reason == "round_trip") return {{"round_trip_m", v.round_trip_m}, {"round_trip_rad", v.round_trip_rad}};
+  return {};
+}
+
 nlohmann::json jsonOf(const MatchVerdict& v) {
+  nlohmann::json failed = nlohmann::json::object();
+  for (const FailedNumber& number : failedNumbers(v)) failed[number.name] = number.value;
   return {{"query", toString(v.query)},
           {"candidate", toString(v.candidate)},
           {"accepted", v.accepted},
           {"reason", v.reason},
+          {"failed", failed},
           {"fern_dissimilarity", v.fern_dissimilarity},
           {"inlier_ratio", v.inlier_ratio},
           {"rms_sigma", v.rms_sigma},
@@ -35,6 +49,7 @@ nlohmann::json jsonOf(const MergeRecord& m) {
           {"robots", m.robots},
           {"voters", voters},
           {"keyframes_ingested", m.keyframes_ingested},
+          {"undone", m.undone.empty() ? nlohmann::json() : nlohmann::json(m.undone)},
           {"T_kept_absorbed", jsonOf(m.T_kept_absorbed)}};
 }
 

@@ -7,6 +7,14 @@
 
 namespace comap {
 
+/// What a verdict was refused for, in numbers.
+struct FailedNumber {
+  const char* name;
+  double value;
+};
+/// The numbers that its reason is about; none for "accepted" and for reasons whose numbers a verdict does not carry.
+std::vector<FailedNumber> failedNumbers(const MatchVerdict& verdict);
+
 /// {"translation_m": [x, y, z], "rotation_xyzw": [...]}
 nlohmann::json jsonOf(const Pose& pose);
 nlohmann::json jsonOf(const MatchVerdict& verdict);

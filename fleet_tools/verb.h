@@ -15,5 +15,7 @@ void addRenderVerb(CLI::App& app, int& exit_code);
 void addInfoVerb(CLI::App& app, int& exit_code);
 void addMatchesVerb(CLI::App& app, int& exit_code);
 void addMergesVerb(CLI::App& app, int& exit_code);
+void addSplitVerb(CLI::App& app, int& exit_code);
+void addForgetVerb(CLI::App& app, int& exit_code);
 
 }  // namespace comap

@@ -60,6 +60,10 @@ class MapBuilder {
   /// this builder is what that core was when it had finished. kBadData if a stored record cannot be.
   Result<void> restore();
 
+  /// Casts all votes that wait anew, in the order of their verdicts: after keyframes of others were taken out, they may
+  /// be what joins two maps. Surfels of maps that change are fused by rebuild().
+  Result<MapChange> recast();
+
   /// Takes in one keyframe. `robot_index` = position of its robot in order of first arrival.
   Result<MapChange> addKeyframe(const Keyframe& keyframe, uint32_t robot_index);
 
@@ -80,6 +84,9 @@ class MapBuilder {
   /// Computes the poses of all maps anew, as a pure function of the stored edges and merges: not of the order in which
   /// they came. Call before rebuild() and storePoses() at the end.
   Result<void> settle();
+
+  /// Forgets all ties, here and in the store: they were measured from poses that had a history.
+  Result<void> untie();
 
   /// Ties all keyframes of each map that see the same surface, measures these ties anew where the map has moved them,
   /// and optimises: a few rounds come near to a joint optimum over all pictures. Call before settle(). `progress`

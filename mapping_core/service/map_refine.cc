@@ -53,6 +53,16 @@ Result<void> MapBuilder::tieAnew(const KeyframeId& a, const KeyframeId& b) {
   return store_.addEdge(*edge);
 }
 
+Result<void> MapBuilder::untie() {
+  if (auto removed = store_.removeEdges(EdgeKind::kCovisibility); !removed) return removed;
+  auto standing = readStanding();
+  if (!standing) return standing.error();
+  edges_ = std::move(standing->edges);  // in their canonical order
+  ties_.clear();
+  indexed_edges_ = 0;
+  return {};
+}
+
 Result<void> MapBuilder::refine(const std::function<void(size_t, size_t)>& progress) {
   size_t done = 0;
   const size_t all = by_index_.size() * static_cast<size_t>(options_.refine_rounds);

@@ -41,6 +41,10 @@ Result<void> MapBuilder::restore() {
   const auto merges = store_.merges();
   if (!merges) return merges.error();
   for (const MergeRecord& merge : *merges) merges_ = std::max(merges_, merge.number);
+  const auto withdrawn = store_.withdrawnEdges();
+  if (!withdrawn) return withdrawn.error();
+  // A merge may be forgotten while edges still name it: its number is never used again.
+  for (const WithdrawnEdge& one : *withdrawn) merges_ = std::max(merges_, one.withdrawn_by);
   auto standing = readStanding();
   if (!standing) return standing.error();
   const std::vector<KeyframeId> anchors = standing->components.anchors();
@@ -71,6 +75,25 @@ Result<void> MapBuilder::restoreVotes() {
     votes_.keep({verdict.query, verdict.candidate, verdict.T_candidate_query, verdict.information});
   }
   return {};
+}
+
+Result<MapChange> MapBuilder::recast() {
+  auto transaction = store_.begin();
+  if (!transaction) return transaction.error();
+  MapChange change;
+  for (const Closure& closure : votes_.takeAll()) {
+    MatchVerdict verdict;
+    verdict.query = closure.query;
+    verdict.candidate = closure.candidate;
+    verdict.accepted = true;
+    verdict.reason = "accepted";
+    verdict.T_candidate_query = closure.T_candidate_query;
+    verdict.information = closure.information;
+    if (auto connected = connect(verdict, change); !connected) return connected.error();
+  }
+  if (auto stored = storePoses(); !stored) return stored.error();
+  if (auto committed = transaction->commit(); !committed) return committed.error();
+  return change;
 }
 
 }  // namespace comap

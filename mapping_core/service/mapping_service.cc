@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "mapping_core/ferns/fern_book.h"
+#include "mapping_core/service/map_finish.h"
 #include "mapping_core/tiles/tile_builder.h"
 #include "protocol/codec/codec.h"
 
@@ -277,20 +278,8 @@ Result<void> MappingService::refreshTiles() {
 Result<void> MappingService::finish(const std::function<void(size_t, size_t)>& progress) {
   while (ingest_.hasNext())
     if (auto mapped = mapNext(); !mapped) return mapped;
-  if (auto refined = builder_.refine(progress); !refined) return refined;
-  if (auto settled = builder_.settle(); !settled) return settled;
-  if (auto stored = builder_.storePoses(); !stored) return stored;
-  if (auto rebuilt = builder_.rebuild(progress); !rebuilt) return rebuilt;
-  std::vector<Tile> all;
-  TileOptions options;
-  options.min_confidence = options_.mapping.fusion.stable_confidence;
-  for (const KeyframeId& anchor : builder_.components().anchors()) {
-    auto surfels = builder_.surfels(anchor).download();
-    if (!surfels) return surfels.error();
-    for (Tile& tile : buildTiles(mapIdOf(anchor), *surfels, options)) all.push_back(std::move(tile));
-  }
-  if (auto stored = store_.setTiles(all); !stored) return stored;
-  if (auto stored = store_.setMeta("version", COMAP_VERSION); !stored) return stored;
+  const auto tiles = finishMaps(builder_, store_, options_.mapping.fusion.stable_confidence, progress);
+  if (!tiles) return tiles.error();
   return store_.setMeta("complete", "yes");
 }
 

@@ -75,6 +75,8 @@ class MapStore {
   /// Those that hold, in order of addition.
   Result<std::vector<Edge>> edges() const;
   Result<std::vector<WithdrawnEdge>> withdrawnEdges() const;
+  /// Takes out all of one kind, withdrawn ones too.
+  Result<void> removeEdges(EdgeKind kind);
   /// The edge is kept, but holds no longer because `merge` was undone; 0: it holds again. kWrongUse if there is none.
   Result<void> withdrawEdge(const Edge& edge, uint32_t merge);
   Result<void> addVerdict(const MatchVerdict& verdict);
@@ -107,6 +109,12 @@ class MapStore {
 
   /// Robot names in order of first arrival: position = contributor bit.
   Result<std::vector<std::string>> robots() const;
+
+  /// Takes out all that came from `robot`: keyframes, edges and verdicts of theirs, and every merge that holds and that
+  /// the robot was part of, with its closures; whether the others' maps belong together is then to be judged anew from
+  /// their verdicts. Undone merges stay as long as closures of theirs do. Returns the number of keyframes.
+  /// kWrongUse if the store knows no such robot.
+  Result<size_t> removeRobot(const std::string& robot);
 
   /// Counts one more start of a core that continues this store: 1 for the first of them.
   Result<uint32_t> countStart();

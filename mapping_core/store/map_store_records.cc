@@ -136,6 +136,12 @@ Result<std::vector<WithdrawnEdge>> MapStore::withdrawnEdges() const {
                    "SELECT " COMAP_EDGE_COLUMNS " FROM edges WHERE withdrawn_by <> 0 ORDER BY number");
 }
 
+Result<void> MapStore::removeEdges(EdgeKind kind) {
+  Result<Query> query = state_->database.query("DELETE FROM edges WHERE kind = ?");
+  if (!query) return query.error();
+  return query->bind(std::string(kKindNames.at(size_t(kind)))).run();
+}
+
 Result<void> MapStore::withdrawEdge(const Edge& edge, uint32_t merge) {
   Database& database = state_->database;
   Result<Query> query = database.query(

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "mapping_core/graph/closure.h"
@@ -31,6 +32,8 @@ class VoteBox {
                                            const std::map<KeyframeId, Pose>& T_map_cam);
   /// A closure that was cast before and found no agreement: kept without looking for one.
   void keep(const Closure& closure) { pending_.push_back(closure); }
+  /// Empties the box. Closures in the order in which they came.
+  std::vector<Closure> takeAll() { return std::exchange(pending_, {}); }
   size_t pending() const { return pending_.size(); }
 
  private:

@@ -142,7 +142,14 @@ TEST_F(StoreVerbs, matchesAndMerges) {
   EXPECT_EQ(nlohmann::json::parse(fleet("matches --refused --json " + store_).out)["matches"].size(), 2u);
   const std::string refused = fleet("matches --refused " + store_).out;
   EXPECT_NE(refused.find("round_trip"), std::string::npos);
-  EXPECT_EQ(refused.find("accepted"), std::string::npos);
+  EXPECT_EQ(refused.find("bravo/5/1  alpha/5/0  accepted"), std::string::npos);
+  EXPECT_NE(refused.find("round_trip_m 0.000, round_trip_rad 0.000"), std::string::npos) << refused;
+  const auto some = nlohmann::json::parse(fleet("matches --json --reason round_trip --robot bravo " + store_).out);
+  EXPECT_EQ(some["matches"].size(), 2u);
+  EXPECT_EQ(some["counts"], nlohmann::json({{"accepted", 1}, {"round_trip", 2}}));
+  EXPECT_TRUE(nlohmann::json::parse(fleet("matches --json --robot carol " + store_).out)["matches"].empty());
+  EXPECT_EQ(all[1]["failed"].size(), 2u);
+  EXPECT_TRUE(all[0]["failed"].empty());
   const auto merges = nlohmann::json::parse(fleet("merges " + store_ + " --json").out)["merges"];
   ASSERT_EQ(merges.size(), 1u);
   EXPECT_EQ(merges[0]["voters"], nlohmann::json({"bravo/5/1"}));

@@ -1,0 +1,161 @@
+// A core that is killed and started again on its store: no keyframe that it acknowledged is lost, and mapping goes on.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <fcntl.h>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "tests/end_to_end/program.h"
+
+namespace comap {
+namespace {
+
+using Json = nlohmann::json;
+
+// A program in the background, which does not outlive this object.
+class Background {
+ public:
+  Background(const std::string& program, const std::vector<std::string>& arguments, const std::string& log) {
+    std::vector<std::string> words = {std::string(COMAP_BIN_DIR "/") + program};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    const int file = open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
+    pid_ = fork();
+    if (pid_ == 0) {
+      dup2(file, STDOUT_FILENO);
+      dup2(file, STDERR_FILENO);
+      execv(argv[0], argv.data());
+      _exit(127);
+    }
+    close(file);
+  }
+  Background(const Background&) = delete;
+  Background& operator=(const Background&) = delete;
+  ~Background() { end(SIGKILL); }
+
+  bool runs() {
+    int status = 0;
+    if (!code_ && waitpid(pid_, &status, WNOHANG) == pid_) note(status);
+    return !code_;
+  }
+  int wait() {
+    int status = 0;
+    if (!code_ && waitpid(pid_, &status, 0) == pid_) note(status);
+    return code_.value_or(-1);
+  }
+  int end(int signal) {
+    if (runs()) kill(pid_, signal);
+    return wait();
+  }
+
+ private:
+  void note(int status) { code_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status); }
+  pid_t pid_ = -1;
+  std::optional<int> code_;
+};
+
+Json infoOf(const std::string& store) {
+  const ProgramRun run = runProgram("fleet info --json " + store);
+  return run.exit_code == 0 ? Json::parse(run.out) : Json();
+}
+
+size_t mapped(const Json& info) {
+  if (info.is_null()) return 0;
+  return info.at("keyframes").get<size_t>() - info.at("keyframes_without_pose").get<size_t>();
+}
+
+std::string contentOf(const std::string& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+class Restart : public testing::Test {
+ protected:
+  void SetUp() override {
+    const char* flat = std::getenv("COMAP_FLAT_DIR");
+    if (flat == nullptr) GTEST_SKIP() << "COMAP_FLAT_DIR names no synthetic flat; run by ctest, which makes one";
+    flat_ = flat;
+  }
+  std::unique_ptr<Background> core() {
+    return std::make_unique<Background>(
+        "mapping_core", std::vector<std::string>{"--domain", "94", "--core-site", "restart", "--store", store_},
+        folder_.path("core.log"));
+  }
+  std::unique_ptr<Background> agent(const std::string& robot) {
+    return std::make_unique<Background>(
+        "edge_agent",
+        std::vector<std::string>{"--domain", "94", "--core-site", "restart", "--robot", robot, "--source",
+                                 "tum:" + flat_ + "/" + robot, "--report", folder_.path(robot + ".json"), "--patience",
+                                 "120"},
+        folder_.path(robot + ".log"));
+  }
+  // True once the store holds `keyframes` in its maps.
+  bool awaitMapped(size_t keyframes, Background& core) {
+    for (int i = 0; i < 1200 && core.runs(); ++i) {
+      if (mapped(infoOf(store_)) >= keyframes) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    return false;
+  }
+
+  TemporaryFolder folder_;
+  std::string flat_, store_ = folder_.path("map.comap");
+};
+
+TEST_F(Restart, AfterKillNineNothingAcknowledgedIsLostAndMappingGoesOn) {
+  auto first = core();
+  auto a = agent("a"), b = agent("b");
+  ASSERT_TRUE(awaitMapped(5, *first)) << contentOf(folder_.path("core.log"));
+  EXPECT_EQ(first->end(SIGKILL), 128 + SIGKILL);
+  const Json before = infoOf(store_);
+  ASSERT_FALSE(before.is_null());
+  EXPECT_FALSE(before.at("complete").get<bool>());
+
+  auto second = core();
+  EXPECT_EQ(a->wait(), 0) << contentOf(folder_.path("a.log"));
+  EXPECT_EQ(b->wait(), 0) << contentOf(folder_.path("b.log"));
+  ASSERT_EQ(second->end(SIGTERM), 0) << contentOf(folder_.path("core.log"));
+  EXPECT_NE(contentOf(folder_.path("core.log")).find("continues with"), std::string::npos);
+
+  const Json after = infoOf(store_);
+  ASSERT_FALSE(after.is_null());
+  EXPECT_TRUE(after.at("complete").get<bool>());
+  EXPECT_EQ(after.at("keyframes_without_pose"), 0);
+  EXPECT_EQ(after.at("maps").size(), 1u) << after.dump(2);
+  for (const Json& robot : after.at("robots")) {
+    const Json report = Json::parse(contentOf(folder_.path(robot.at("name").get<std::string>() + ".json")));
+    EXPECT_EQ(robot.at("keyframes"), report.at("keyframes")) << robot.at("name");
+    EXPECT_EQ(robot.at("sessions"), 1);
+    EXPECT_EQ(report.at("map"), after.at("maps")[0].at("id")) << "the correction of the new core counts";
+  }
+
+  // A third core has nothing to add: the same map, to the bit.
+  const auto hashOf = [&] {
+    const ProgramRun run = runProgram("fleet export " + store_ + " --format ply --out " + folder_.path("map.ply"));
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return std::hash<std::string>()(contentOf(folder_.path("map.ply")));
+  };
+  const size_t expected = hashOf();
+  auto third = core();
+  for (int i = 0; i < 600 && third->runs(); ++i) {
+    const std::string log = contentOf(folder_.path("core.log"));
+    if (log.find("0 more are still to be mapped") != std::string::npos) break;
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  ASSERT_EQ(third->end(SIGTERM), 0) << contentOf(folder_.path("core.log"));
+  EXPECT_EQ(hashOf(), expected);
+}
+
+}  // namespace
+}  // namespace comap

@@ -1,0 +1,85 @@
+// A run's store is taken apart, joined again and relieved of a robot by the real programs.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "tests/end_to_end/program.h"
+
+namespace comap {
+namespace {
+
+using Json = nlohmann::json;
+using testing::HasSubstr;
+
+class StoreChange : public testing::Test {
+ protected:
+  void SetUp() override {
+    const char* flat = std::getenv("COMAP_FLAT_DIR");
+    if (flat == nullptr) GTEST_SKIP() << "COMAP_FLAT_DIR names no synthetic flat; run by ctest, which makes one";
+    flat_ = flat;
+  }
+  // A map's name -> its hash.
+  static std::map<std::string, std::string> hashes(const Json& document) {
+    std::map<std::string, std::string> result;
+    for (const Json& map : document.at("maps"))
+      result[map.at("id").get<std::string>()] = map.at("hash").get<std::string>();
+    return result;
+  }
+  Json json(const std::string& command) {
+    const ProgramRun run = runProgram(command + " --json");
+    EXPECT_EQ(run.exit_code, 0) << command << "\n" << run.err;
+    return run.exit_code == 0 ? Json::parse(run.out) : Json::object({{"maps", Json::array()}});
+  }
+  void refused(const std::string& command, int exit_code, const std::string& why) {
+    const ProgramRun run = runProgram(command);
+    EXPECT_EQ(run.exit_code, exit_code) << command;
+    EXPECT_THAT(run.err, HasSubstr(why)) << command;
+  }
+
+  TemporaryFolder folder_;
+  std::string flat_, store_ = folder_.path("run/map.comap");
+};
+
+TEST_F(StoreChange, ASplitGivesTheMapsOfBeforeAndItsUndoingTheMapOfAfter) {
+  const auto joint = hashes(json("fleet replay --link loopback --robot a=" + flat_ + "/a --robot b=" + flat_ + "/b --out " +
+                                 folder_.path("run")));
+  ASSERT_EQ(joint.size(), 1u);
+  const auto alone =
+      hashes(json("fleet replay --link loopback --robot a=" + flat_ + "/a --out " + folder_.path("alone")));
+
+  refused("fleet split " + store_ + " 9", 2, "merge 9 is not in the store");
+  refused("fleet split " + store_ + " 1 --undo", 2, "is not undone");
+  refused("fleet forget " + store_ + " nobody", 2, "holds no robot 'nobody', but a, b");
+  refused("fleet split " + folder_.path("none.comap") + " 1", 3, "no such file");
+
+  const Json parted = json("fleet split " + store_ + " 1 --reason \"the test says so\"");
+  EXPECT_EQ(parted.at("undone").size(), 1u);
+  const auto two = hashes(parted);
+  ASSERT_EQ(two.size(), 2u);
+  EXPECT_EQ(two.at("a-1-0"), alone.at("a-1-0")) << "as if robot b had never been seen";
+  EXPECT_EQ(json("fleet merges " + store_).at("merges")[0].at("undone"), "the test says so");
+  const Json info = json("fleet info " + store_);
+  EXPECT_EQ(info.at("undone_merges"), 1);
+  EXPECT_GE(info.at("withdrawn_edges").get<int>(), 2);
+  EXPECT_EQ(info.at("edges").at("inter_robot"), 0);
+  EXPECT_TRUE(info.at("complete").get<bool>());
+  refused("fleet split " + store_ + " 1", 2, "is undone already: the test says so");
+
+  const Json again = json("fleet split " + store_ + " 1 --undo");
+  EXPECT_EQ(hashes(again), joint);
+  EXPECT_EQ(json("fleet info " + store_).at("withdrawn_edges"), 0);
+
+  const Json left = json("fleet forget " + store_ + " b");
+  EXPECT_GT(left.at("keyframes_removed").get<int>(), 5);
+  EXPECT_EQ(hashes(left), alone);
+  const Json rest = json("fleet info " + store_);
+  EXPECT_EQ(rest.at("robots").size(), 1u);
+  EXPECT_EQ(rest.at("merges"), 0);
+  for (const Json& match : json("fleet matches " + store_).at("matches"))
+    EXPECT_EQ(match.dump().find("\"b/"), std::string::npos) << match;
+}
+
+}  // namespace
+}  // namespace comap
