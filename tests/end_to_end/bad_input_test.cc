@@ -221,8 +221,8 @@ TEST_F(BadInput, SecondCoreOfOneSite) {
 
 TEST_F(BadInput, TwoCoresOnOneStore) {
   const std::string store = " --store " + folder_.path("one.comap");
-  ASSERT_EQ(std::system(("timeout 20 " COMAP_BIN_DIR "/mapping_core --domain 96" + store + " >/dev/null 2>&1 &").c_str()),
-            0);
+  ASSERT_EQ(
+      std::system(("timeout 20 " COMAP_BIN_DIR "/mapping_core --domain 96" + store + " >/dev/null 2>&1 &").c_str()), 0);
   for (int i = 0; i < 50 && !fs::exists(folder_.path("one.comap")); ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   std::this_thread::sleep_for(std::chrono::seconds(2));

@@ -1,4 +1,5 @@
 // A core that is killed and started again on its store: no keyframe that it acknowledged is lost, and mapping goes on.
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -6,7 +7,6 @@
 
 #include <chrono>
 #include <cstdlib>
-#include <fcntl.h>
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>

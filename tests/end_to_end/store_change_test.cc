@@ -43,8 +43,8 @@ class StoreChange : public testing::Test {
 };
 
 TEST_F(StoreChange, ASplitGivesTheMapsOfBeforeAndItsUndoingTheMapOfAfter) {
-  const auto joint = hashes(json("fleet replay --link loopback --robot a=" + flat_ + "/a --robot b=" + flat_ + "/b --out " +
-                                 folder_.path("run")));
+  const auto joint = hashes(json("fleet replay --link loopback --robot a=" + flat_ + "/a --robot b=" + flat_ +
+                                 "/b --out " + folder_.path("run")));
   ASSERT_EQ(joint.size(), 1u);
   const auto alone =
       hashes(json("fleet replay --link loopback --robot a=" + flat_ + "/a --out " + folder_.path("alone")));
