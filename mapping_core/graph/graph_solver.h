@@ -21,9 +21,9 @@ namespace comap {
 struct GraphSolverOptions {
   GraphOptions graph;
   double settled_m = 0.00003, settled_rad = 0.00001;  ///< a pose that would move by less alone is at rest
-  size_t free_poses = 1500;                          ///< at a time; the rest of what strains waits for the next round
-  int rounds = 8;                                    ///< a call of solve(), at most
-  bool calibrate = true;                             ///< estimate a scale per edge kind in solveFully()
+  size_t free_poses = 800;                            ///< at a time; the rest of what strains waits for the next round
+  int rounds = 3;                                     ///< a call of solve(), at most
+  bool calibrate = true;                              ///< estimate a scale per edge kind in solveFully()
 };
 
 /// Names an edge: at most one of a kind between two keyframes in one direction.
