@@ -51,7 +51,7 @@ class VisualOdometry {
   OdometryOptions options_;
   Pyramid live_;
   ReferenceView reference_;
-  AlignmentWorkspace workspace_;
+  PointResiduals workspace_;
   bool has_reference_ = false;
   Pose T_odom_keyframe_, T_odom_last_;
   Vector6d velocity_ = Vector6d::Zero();  // log of the last frame-to-frame motion

@@ -2,10 +2,10 @@
 // robust weights, coarse to fine.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "mapping_core/rgbd/noise_model.h"
+#include "mapping_core/rgbd/point_residuals.h"
 #include "mapping_core/rgbd/pyramid.h"
 #include "mapping_core/rgbd/reference_view.h"
 #include "protocol/types/pose.h"
@@ -42,15 +42,9 @@ struct Alignment {
   bool solved = false;  ///< false: too few points to solve at all
 };
 
-/// Buffers of the solver, kept by the caller so that nothing is allocated per frame.
-struct AlignmentWorkspace {
-  std::vector<float> rg, jg[6], wg;  // geometric residual (sigma), row, weight
-  std::vector<float> rp, jp[6], wp;  // photometric residual (grey), row, weight
-  std::vector<float> scratch;
-};
-
 /// Aligns `frame` (a pyramid that has the reference's levels) starting from T_guess = T_ref_cur.
+/// `workspace` is memory only, so that nothing is allocated per frame.
 Alignment align(const ReferenceView& reference, const Pyramid& frame, const Pose& T_guess,
-                const AlignmentOptions& options, AlignmentWorkspace& workspace);
+                const AlignmentOptions& options, PointResiduals& workspace);
 
 }  // namespace comap

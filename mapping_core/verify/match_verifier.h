@@ -38,7 +38,7 @@ class MatchVerifier {
   Alignment alignCoarse(const KeyframeView& query, const KeyframeView& candidate);
 
   VerifierOptions options_;
-  AlignmentWorkspace workspace_;
+  PointResiduals workspace_;
   Pyramid predicted_;
 };
 

@@ -48,7 +48,7 @@ Pose disturbance(int number) {
 Alignment alignPair(const Frame& ref, const Frame& cur, const Pose& T_guess, int max_points = 6000) {
   ReferenceOptions reference;
   reference.max_points = max_points;
-  AlignmentWorkspace workspace;
+  PointResiduals workspace;
   const AlignmentOptions options;
   return align(buildReference(pyramidOf(ref), reference, options.noise), pyramidOf(cur), T_guess, options, workspace);
 }

@@ -49,7 +49,7 @@ TEST(KeyframeView, depthBeyondTheLimitIsNotAlignedTo) {
 TEST(KeyframeView, coarseThenFineFindsTheTruth) {
   const Pose T_world_b(Eigen::Quaterniond(Eigen::AngleAxisd(0.07, Eigen::Vector3d::UnitY())), {0.06, 0, 0.05});
   const auto a = makeKeyframeView(keyframeAt(0, {}), 6, {}), b = makeKeyframeView(keyframeAt(1, T_world_b), 6, {});
-  AlignmentWorkspace workspace;
+  PointResiduals workspace;
   const Alignment coarse = align(a->coarse, b->pyramid, Pose(), {}, workspace);
   const Alignment fine = align(a->fine, b->pyramid, coarse.T_ref_cur, {}, workspace);
   ASSERT_TRUE(fine.solved);

@@ -1,0 +1,223 @@
+#include "edge_agent/keyframes/super_keyframe.h"
+
+#include <algorithm>
+#include <cassert>
+
+#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "edge_agent/keyframes/super_keyframe.cc"
+#include <hwy/foreach_target.h>  // compiles this file once for each instruction set
+#include <hwy/highway.h>
+
+#ifndef COMAP_SUPER_KEYFRAME_ONCE
+#define COMAP_SUPER_KEYFRAME_ONCE
+namespace comap {
+
+inline constexpr int32_t kHits = 0xff;          // bits of the number of frames that agree
+inline constexpr int32_t kSeenThrough = 0x100;  // one frame that saw through
+inline constexpr int32_t kFilled = 0x1000000;   // the keyframe itself had a hole here
+inline constexpr float kGateSigma = 3;
+
+struct WarpTask {
+  const float* depth_m;  // of the frame
+  int width, height;
+  float fx, fy, cx, cy;
+  float r_cam_key[9], t_cam_key[3];
+  float back[4];  // third row of T_key_cam: depth in the keyframe
+  DepthNoiseModel noise;
+  float* inverse_depth;
+  float* weight;
+  int32_t* counts;
+};
+
+}  // namespace comap
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace comap {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+void Average(const WarpTask& task) {
+  const hn::CappedTag<float, 8> d;
+  const hn::RebindToSigned<decltype(d)> di;
+  using F = hn::Vec<decltype(d)>;
+  const size_t lanes = hn::Lanes(d);
+  const auto set = [&](float value) HWY_ATTR { return hn::Set(d, value); };
+  const F one = set(1), half = set(0.5f), zero = hn::Zero(d);
+  const F u_max = set(static_cast<float>(task.width - 1)), v_max = set(static_cast<float>(task.height - 1));
+  const F iota = hn::ConvertTo(d, hn::Iota(di, 0));
+  const float* r = task.r_cam_key;
+  for (int y = 0; y < task.height; ++y) {
+    const size_t row = static_cast<size_t>(y) * static_cast<size_t>(task.width);
+    const float ray_y = (static_cast<float>(y) - task.cy) / task.fy;
+    // What a row's rays have in common.
+    const F base_x = set(r[1] * ray_y + r[2]), base_y = set(r[4] * ray_y + r[5]), base_z = set(r[7] * ray_y + r[8]);
+    for (size_t x = 0; x < static_cast<size_t>(task.width); x += lanes) {
+      const size_t i = row + x;
+      const F rho = hn::LoadU(d, task.inverse_depth + i);
+      const F column = hn::Add(iota, set(static_cast<float>(x)));
+      const auto known = hn::And(hn::Gt(rho, zero), hn::Lt(column, set(static_cast<float>(task.width))));
+      if (hn::AllFalse(d, known)) continue;
+      const F z = hn::Div(one, hn::IfThenElse(known, rho, one));
+      const F ray_x = hn::Mul(hn::Sub(column, set(task.cx)), set(1 / task.fx));
+      const F qx = hn::Add(hn::Mul(hn::Add(hn::Mul(set(r[0]), ray_x), base_x), z), set(task.t_cam_key[0]));
+      const F qy = hn::Add(hn::Mul(hn::Add(hn::Mul(set(r[3]), ray_x), base_y), z), set(task.t_cam_key[1]));
+      const F qz = hn::Add(hn::Mul(hn::Add(hn::Mul(set(r[6]), ray_x), base_z), z), set(task.t_cam_key[2]));
+      const auto ahead = hn::And(known, hn::Gt(qz, set(0.05f)));
+      const F iz = hn::Div(one, hn::IfThenElse(ahead, qz, one));
+      const F u = hn::Add(hn::Mul(hn::Mul(qx, iz), set(task.fx)), set(task.cx));
+      const F v = hn::Add(hn::Mul(hn::Mul(qy, iz), set(task.fy)), set(task.cy));
+      const auto visible = hn::And(
+          ahead, hn::And(hn::And(hn::Ge(u, zero), hn::Ge(v, zero)), hn::And(hn::Le(u, u_max), hn::Le(v, v_max))));
+      const auto un = hn::ConvertTo(di, hn::Add(hn::IfThenElseZero(visible, u), half));
+      const auto vn = hn::ConvertTo(di, hn::Add(hn::IfThenElseZero(visible, v), half));
+      const F live = hn::GatherIndex(d, task.depth_m, hn::Add(hn::Mul(vn, hn::Set(di, task.width)), un));
+      const auto measured = hn::And(visible, hn::Gt(live, zero));
+      // The live point on the ray of the pixel it was compared at, seen from the keyframe.
+      const F stretch = hn::Mul(live, iz);
+      const F back = hn::Add(
+          hn::Add(hn::Mul(set(task.back[0]), hn::Mul(qx, stretch)), hn::Mul(set(task.back[1]), hn::Mul(qy, stretch))),
+          hn::Add(hn::Mul(set(task.back[2]), live), set(task.back[3])));
+      const auto usable = hn::And(measured, hn::Gt(back, set(0.05f)));
+      const F rho_live = hn::Div(one, hn::IfThenElse(usable, back, one));
+      const F sigma =
+          hn::Add(hn::Mul(set(task.noise.floor_m), hn::Mul(rho_live, rho_live)), set(task.noise.factor_per_m));
+      const F weight_live = hn::Div(one, hn::Mul(sigma, sigma));
+      const F weight = hn::LoadU(d, task.weight + i);
+      const F all = hn::Add(weight, weight_live);
+      const F difference = hn::Sub(rho_live, rho);
+      // Variance of the difference: 1/w_live + 1/w.
+      const F gate =
+          hn::Div(hn::Mul(set(kGateSigma * kGateSigma), all), hn::Mul(weight_live, hn::Max(weight, set(1e-12f))));
+      const auto agrees = hn::And(usable, hn::Lt(hn::Mul(difference, difference), gate));
+      const auto through = hn::AndNot(agrees, hn::And(usable, hn::Lt(difference, zero)));
+      const F mean = hn::Add(rho, hn::Mul(difference, hn::Div(weight_live, all)));
+      hn::StoreU(hn::IfThenElse(agrees, mean, rho), d, task.inverse_depth + i);
+      hn::StoreU(hn::IfThenElse(agrees, all, weight), d, task.weight + i);
+      const auto counted = hn::IfThenElseZero(hn::RebindMask(di, agrees), hn::Set(di, 1));
+      const auto contradicted = hn::IfThenElseZero(hn::RebindMask(di, through), hn::Set(di, kSeenThrough));
+      hn::StoreU(hn::Add(hn::LoadU(di, task.counts + i), hn::Add(counted, contradicted)), di, task.counts + i);
+    }
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace comap
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace comap {
+
+HWY_EXPORT(Average);
+
+namespace {
+
+// In one window; counts stay within their bits.
+constexpr int kMostFrames = 200;
+// Room behind the last row, so that whole vectors may be loaded there.
+constexpr size_t kPadding = 8;
+
+float weightOf(float inverse_depth, const DepthNoiseModel& noise) {
+  const float sigma = noise.floor_m * inverse_depth * inverse_depth + noise.factor_per_m;
+  return 1 / (sigma * sigma);
+}
+
+}  // namespace
+
+void SuperKeyframe::start(const PyramidLevel& keyframe) {
+  camera_ = keyframe.camera;
+  const size_t pixels = keyframe.depth_m.size();
+  inverse_depth_.assign(pixels + kPadding, 0.0f);
+  weight_.assign(pixels + kPadding, 0.0f);
+  counts_.assign(pixels + kPadding, 0);
+  for (size_t i = 0; i < pixels; ++i) {
+    const float z = keyframe.depth_m.data()[i];
+    if (z <= 0) continue;
+    inverse_depth_[i] = 1 / z;
+    weight_[i] = weightOf(1 / z, noise_);
+    counts_[i] = 1;
+  }
+  frames_ = 1;
+}
+
+void SuperKeyframe::add(const PyramidLevel& frame, const Pose& T_keyframe_cam) {
+  assert(frame.depth_m.width() == camera_.width && frame.depth_m.height() == camera_.height);
+  if (frames_ == 0 || frames_ >= kMostFrames) return;
+  WarpTask task;
+  task.depth_m = frame.depth_m.data();
+  task.width = camera_.width;
+  task.height = camera_.height;
+  task.fx = static_cast<float>(camera_.fx);
+  task.fy = static_cast<float>(camera_.fy);
+  task.cx = static_cast<float>(camera_.cx);
+  task.cy = static_cast<float>(camera_.cy);
+  const Eigen::Matrix3f r_key_cam = T_keyframe_cam.rotationMatrix().cast<float>();
+  const Eigen::Vector3f t_key_cam = T_keyframe_cam.translation().cast<float>();
+  const Eigen::Vector3f t_cam_key = -(r_key_cam.transpose() * t_key_cam);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) task.r_cam_key[3 * row + column] = r_key_cam(column, row);
+    task.t_cam_key[row] = t_cam_key(row);
+    task.back[row] = r_key_cam(2, row);
+  }
+  task.back[3] = t_key_cam(2);
+  task.noise = noise_;
+  task.inverse_depth = inverse_depth_.data();
+  task.weight = weight_.data();
+  task.counts = counts_.data();
+  HWY_DYNAMIC_DISPATCH(Average)(task);
+  ++frames_;
+  // Holes change slowly: frames 2, 4, 8 and so on are enough to fill them.
+  if ((frames_ & (frames_ - 1)) == 0) fillHoles(frame, T_keyframe_cam);
+}
+
+void SuperKeyframe::fillHoles(const PyramidLevel& frame, const Pose& T_keyframe_cam) {
+  const Eigen::Matrix3f r = T_keyframe_cam.rotationMatrix().cast<float>();
+  const Eigen::Vector3f t = T_keyframe_cam.translation().cast<float>();
+  const float fx = static_cast<float>(camera_.fx), fy = static_cast<float>(camera_.fy);
+  const float cx = static_cast<float>(camera_.cx), cy = static_cast<float>(camera_.cy);
+  const float u_max = static_cast<float>(camera_.width - 1), v_max = static_cast<float>(camera_.height - 1);
+  for (int y = 0; y < camera_.height; ++y) {
+    const float* depth = frame.depth_m.row(y);
+    const Eigen::Vector3f base = r.col(1) * ((static_cast<float>(y) - cy) / fy) + r.col(2);
+    for (int x = 0; x < camera_.width; ++x) {
+      if (depth[x] <= 0) continue;
+      const Eigen::Vector3f p = (r.col(0) * ((static_cast<float>(x) - cx) / fx) + base) * depth[x] + t;
+      if (p.z() < 0.05f) continue;
+      const float iz = 1 / p.z();
+      const float u = fx * p.x() * iz + cx, v = fy * p.y() * iz + cy;
+      if (!(u >= 0 && v >= 0 && u <= u_max && v <= v_max)) continue;
+      const size_t i =
+          static_cast<size_t>(v + 0.5f) * static_cast<size_t>(camera_.width) + static_cast<size_t>(u + 0.5f);
+      const bool empty = counts_[i] == 0;
+      const bool nearer = counts_[i] == (kFilled | 1) && iz > inverse_depth_[i];  // of one frame, the front surface
+      if (!empty && !nearer) continue;
+      inverse_depth_[i] = iz;
+      weight_[i] = weightOf(iz, noise_);
+      counts_[i] = kFilled | 1;
+    }
+  }
+}
+
+bool SuperKeyframe::holds(size_t pixel) const {
+  const int32_t hits = counts_[pixel] & kHits;
+  const int32_t through = (counts_[pixel] & (kFilled - 1)) / kSeenThrough;
+  return hits > ((counts_[pixel] & kFilled) != 0 ? 1 : 0) && hits >= through;
+}
+
+Image<float> SuperKeyframe::depth() const {
+  Image<float> depth(camera_.width, camera_.height);
+  for (size_t i = 0; i < depth.size(); ++i)
+    if (holds(i)) depth.data()[i] = 1 / inverse_depth_[i];
+  return depth;
+}
+
+Image<uint8_t> SuperKeyframe::hits() const {
+  Image<uint8_t> hits(camera_.width, camera_.height);
+  for (size_t i = 0; i < hits.size(); ++i)
+    if (holds(i)) hits.data()[i] = static_cast<uint8_t>(counts_[i] & kHits);
+  return hits;
+}
+
+}  // namespace comap
+#endif

@@ -1,0 +1,48 @@
+// A keyframe whose depth is the mean of all frames of its window: the frames tracked until the next keyframe, warped
+// into it. Sensor noise averages out, holes close, and what only one frame saw is dropped.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "mapping_core/rgbd/noise_model.h"
+#include "mapping_core/rgbd/pyramid.h"
+#include "protocol/types/image.h"
+#include "protocol/types/pose.h"
+
+namespace comap {
+
+/// Thread rule: one thread. Allocates nothing after the first keyframe of a size.
+class SuperKeyframe {
+ public:
+  explicit SuperKeyframe(const DepthNoiseModel& noise) : noise_(noise) {}
+
+  /// Begins a window with the keyframe's own depth: level 0 of its pyramid.
+  void start(const PyramidLevel& keyframe);
+
+  /// Averages in one more frame of the window: inverse depth, each measurement by its weight 1/sigma^2, those beyond
+  /// three sigma left out. A frame of another size than the keyframe's is a mistake of the caller.
+  void add(const PyramidLevel& frame, const Pose& T_keyframe_cam);
+
+  /// Means where measurements agree; 0 where none do: where more frames saw through the pixel than confirmed it, or
+  /// where only one frame filled a hole.
+  Image<float> depth() const;
+
+  /// How many frames agree on each pixel, 0 where depth() is 0.
+  Image<uint8_t> hits() const;
+
+  int frames() const { return frames_; }  ///< of the window so far, the keyframe included
+
+ private:
+  bool holds(size_t pixel) const;
+  void fillHoles(const PyramidLevel& frame, const Pose& T_keyframe_cam);
+
+  DepthNoiseModel noise_;
+  CameraModel camera_;
+  int frames_ = 0;
+  std::vector<float> inverse_depth_;  // 1/m, 0 = nothing yet
+  std::vector<float> weight_;         // sum of 1/sigma^2, of inverse depth
+  std::vector<int32_t> counts_;       // frames that agree, plus kSeenThrough for each that saw through, plus kFilled
+};
+
+}  // namespace comap

@@ -1,0 +1,60 @@
+// Residuals and Jacobian rows of all reference points at one pose, and the normal equations they sum up to. The inner
+// loops of alignment: vectorised for whatever the processor offers, chosen at run time; the bits do not depend on it.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "mapping_core/rgbd/noise_model.h"
+#include "mapping_core/rgbd/pyramid.h"
+#include "mapping_core/rgbd/reference_view.h"
+#include "protocol/types/pose.h"
+
+namespace comap {
+
+/// grey_cur = gain grey_ref + bias.
+struct Brightness {
+  float gain = 1, bias = 0;
+};
+
+/// Per point: geometric residual (sigma), photometric residual (grey levels), their rows and weights. Weight 0 marks
+/// points that do not count; all else of them is 0 too. Kept by the caller so that nothing is allocated per frame.
+struct PointResiduals {
+  std::vector<float> rg, wg, jg[6];
+  std::vector<float> rp, wp, jp[6];
+  void reserve(size_t points);
+};
+
+/// What limits an association.
+struct AssociationGates {
+  float distance_m = 0.1f;      ///< between point and measurement
+  float extra_sigma_m = 0;      ///< added to the sigma of depth
+  float photometric_sigma = 4;  ///< depth must agree within this for brightness to be compared
+  float tukey_sigma = 4.6f;     ///< beyond it a geometric residual has no weight
+};
+
+struct ResidualCounts {
+  size_t visible = 0;      ///< points that project into the frame
+  size_t compared = 0;     ///< and have a normal, and depth there
+  size_t inliers = 0;      ///< and geometric weight
+  size_t photometric = 0;  ///< and a brightness to compare
+  double inlier_square_sum = 0, depth_sum = 0;
+};
+
+/// Evaluates `points` in `frame` (the level they belong to). Geometric weights are Tukey's; photometric ones 1 or 0.
+ResidualCounts evaluateResiduals(const ReferencePoints& points, const PyramidLevel& frame, const Pose& T_ref_cur,
+                                 const AssociationGates& gates, const Brightness& brightness,
+                                 const DepthNoiseModel& noise, PointResiduals& out);
+
+/// Replaces photometric weights by Huber's: `weight` / scale^2, falling off beyond `huber` scales.
+void weighPhotometric(size_t points, float scale, float huber, float weight, PointResiduals& residuals);
+
+struct NormalEquations {
+  Matrix6d a = Matrix6d::Zero();  ///< sum of w J^T J
+  Vector6d b = Vector6d::Zero();  ///< sum of w J^T r
+};
+
+/// Sums over both kinds of residuals, in eight lanes whatever the vector width.
+NormalEquations sumNormalEquations(size_t points, const PointResiduals& residuals);
+
+}  // namespace comap
