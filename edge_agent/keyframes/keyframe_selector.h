@@ -11,7 +11,7 @@ struct KeyframeOptions {
   double translation_m = 0.10;  ///< at 2 m median depth; scaled with it
   double rotation_rad = 0.14;   ///< 8 degrees
   double overlap = 0.75;        ///< share of the keyframe's points still in view
-  int max_frames = 15;          ///< at the latest
+  int max_frames = 30;          ///< at the latest
 };
 
 /// Why `tracked` should become a keyframe; empty if it should not.

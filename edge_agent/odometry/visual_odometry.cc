@@ -13,6 +13,8 @@ bool hasEnoughDepth(const PyramidLevel& level) {
 }  // namespace
 
 TrackedFrame VisualOdometry::track(const Frame& frame) {
+  // The grey picture of the frame before is all that is needed of it.
+  if (!live_.empty()) std::swap(previous_grey_, live_.back().grey);
   buildPyramid(frame.colour, frame.depth, frame.camera, options_.reference.coarsest_level + 1, options_.depth_min_m,
                options_.depth_max_m, live_);
   TrackedFrame tracked;
@@ -24,26 +26,28 @@ TrackedFrame VisualOdometry::track(const Frame& frame) {
     return tracked;
   }
   const Pose T_odom_predicted = T_odom_last_ * Pose::exp(velocity_);
-  const Pose T_keyframe_odom = T_odom_keyframe_.inverse();
-  tracked.alignment = align(reference_, live_, T_keyframe_odom * T_odom_predicted, options_.alignment, workspace_);
-  const Alignment& a = tracked.alignment;
-  const Pose T_odom_cam = T_odom_keyframe_ * a.T_ref_cur;
-  const Pose jump = T_odom_predicted.inverse() * T_odom_cam;
-  const bool believable = a.solved && a.T_ref_cur.isFinite() && jump.translation().norm() < options_.jump_m &&
-                          jump.angle() < options_.jump_rad;
-  const bool good = believable && a.inlier_ratio >= options_.poor_inlier_ratio &&
-                    a.rms_sigma <= options_.poor_rms_sigma && a.degeneracy >= options_.poor_degeneracy &&
-                    a.photometric_median <= options_.poor_photometric;
-  tracked.aligned = believable;
-  if (believable) {
-    tracked.T_odom_cam = T_odom_cam;
-    velocity_ = (T_odom_last_.inverse() * T_odom_cam).log();
+  Attempt attempt = alignFrom(T_odom_predicted);
+  if (!attempt.good) {
+    // Constant velocity was perhaps a bad guess: the picture alone tells how far the camera has turned.
+    const Attempt turned = alignFrom(predictByRotation(T_odom_predicted));
+    if (turned.good || (turned.believable && !attempt.believable)) attempt = turned;
+  }
+  tracked.alignment = attempt.alignment;
+  tracked.aligned = attempt.believable;
+  tracked.degenerate = attempt.alignment.solved && attempt.alignment.free_directions > 0;
+  if (attempt.believable) {
+    tracked.T_odom_cam = T_odom_keyframe_ * attempt.alignment.T_ref_cur;
+    velocity_ = (T_odom_last_.inverse() * tracked.T_odom_cam).log();
   } else {
     tracked.T_odom_cam = T_odom_predicted;
     velocity_ *= 0.5;  // coast, and come to rest rather than fly off
   }
-  poor_in_a_row_ = good ? 0 : poor_in_a_row_ + 1;
-  tracked.state = good                                   ? TrackingState::kOk
+  // What is determined but for some directions is poor, yet no reason to give the chain up: its information says so.
+  if (attempt.good)
+    poor_in_a_row_ = 0;
+  else
+    ++poor_in_a_row_;
+  tracked.state = attempt.good && !tracked.degenerate    ? TrackingState::kOk
                   : poor_in_a_row_ > options_.lost_after ? TrackingState::kLost
                                                          : TrackingState::kPoor;
   if (tracked.state == TrackingState::kLost) {
@@ -51,13 +55,52 @@ TrackedFrame VisualOdometry::track(const Frame& frame) {
     has_reference_ = false;
     poor_in_a_row_ = 0;
   }
-  tracked.T_keyframe_cam = T_keyframe_odom * tracked.T_odom_cam;
+  tracked.T_keyframe_cam = T_odom_keyframe_.inverse() * tracked.T_odom_cam;
   T_odom_last_ = tracked.T_odom_cam;
   return tracked;
 }
 
-void VisualOdometry::makeKeyframe() {
-  reference_ = buildReference(live_, options_.reference, options_.alignment.noise);
+VisualOdometry::Attempt VisualOdometry::alignFrom(const Pose& T_odom_guess) {
+  Attempt attempt;
+  attempt.alignment =
+      align(reference_, live_, T_odom_keyframe_.inverse() * T_odom_guess, options_.alignment, workspace_);
+  const Alignment& a = attempt.alignment;
+  const Pose jump = T_odom_guess.inverse() * T_odom_keyframe_ * a.T_ref_cur;
+  attempt.believable = a.solved && a.T_ref_cur.isFinite() && jump.translation().norm() < options_.jump_m &&
+                       jump.angle() < options_.jump_rad;
+  attempt.good = attempt.believable && a.inlier_ratio >= options_.poor_inlier_ratio &&
+                 a.rms_sigma <= options_.poor_rms_sigma && a.photometric_median <= options_.poor_photometric;
+  return attempt;
+}
+
+Pose VisualOdometry::predictByRotation(const Pose& T_odom_predicted) {
+  const Pose predicted = T_odom_last_.inverse() * T_odom_predicted;
+  const PyramidLevel& coarsest = live_.back();
+  const RotationAlignment rotation = alignRotation(coarsest.camera, previous_grey_, coarsest.grey,
+                                                   predicted.rotationMatrix(), options_.rotation, rotation_workspace_);
+  return T_odom_last_ * Pose(Eigen::Quaterniond(rotation.R_previous_current), predicted.translation());
+}
+
+void VisualOdometry::addToKeyframe(const TrackedFrame& tracked) {
+  if (isGood(tracked)) keyframe_depth_.add(live_.front(), tracked.T_keyframe_cam);
+}
+
+void VisualOdometry::makeKeyframe(const TrackedFrame& tracked) {
+  const bool inherits = has_reference_ && isGood(tracked);
+  if (inherits) {
+    inherited_.camera = keyframe_depth_.camera();
+    keyframe_depth_.writeDepth(inherited_.depth_m);
+  }
+  keyframe_depth_.start(live_.front());
+  if (inherits) keyframe_depth_.inherit(inherited_, tracked.T_keyframe_cam.inverse(), options_.inherited_frames);
+  keyframe_.resize(live_.size());
+  for (size_t l = 0; l < live_.size(); ++l) {
+    keyframe_[l].camera = live_[l].camera;
+    keyframe_[l].grey = live_[l].grey;
+  }
+  keyframe_depth_.writeDepth(keyframe_.front().depth_m);
+  shrinkDepth(keyframe_);
+  buildReference(keyframe_, options_.reference, options_.alignment.noise, reference_);
   T_odom_keyframe_ = T_odom_last_;
   has_reference_ = true;
 }

@@ -5,12 +5,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
+#include <utility>
+
+#include "mapping_core/rgbd/constraints.h"
 
 namespace comap {
 namespace {
 
 constexpr float kHuber = 1.345f;  // of photometric residuals, in their own scale
 constexpr size_t kFewestPoints = 60;
+constexpr float kGradientNoise = 10.6f;  // squares of gradients up to so many variances of grey are noise
+constexpr size_t kSampled = 3;           // one point in so many tells which directions are determined
 
 // By counting in steps of an eighth of a grey level: finer than the pictures are.
 float medianAbsolutePhotometric(size_t points, const PointResiduals& residuals) {
@@ -28,6 +34,27 @@ float medianAbsolutePhotometric(size_t points, const PointResiduals& residuals) 
   size_t bin = 0;
   while ((below += histogram[bin]) * 2 <= all) ++bin;
   return (static_cast<float>(bin) + 0.5f) / kStepsPerGrey;
+}
+
+// Variance of grey in one picture: where the reference is flattest, residuals are made of noise alone, that of both
+// pictures. Half of the points with the weakest gradients in their cells serve.
+float squareOfNoise(const ReferencePoints& points, const PointResiduals& residuals) {
+  std::array<uint32_t, 8 * 256> histogram{};
+  uint32_t all = 0;
+  for (size_t i = 0; i < points.count; ++i) {
+    if (residuals.wp[i] == 0) continue;
+    const float g = points.gx[i] * points.gx[i] + points.gy[i] * points.gy[i];
+    if (g > points.median_gradient_square) continue;
+    const auto bin = static_cast<size_t>(std::abs(residuals.rp[i]) * 8);
+    ++histogram[std::min(bin, histogram.size() - 1)];
+    ++all;
+  }
+  if (all == 0) return 0;
+  uint32_t below = 0;
+  size_t bin = 0;
+  while ((below += histogram[bin]) * 2 <= all) ++bin;
+  const float sigma = 1.4826f * (static_cast<float>(bin) + 0.5f) / 8;
+  return sigma * sigma / 2;
 }
 
 // Least squares of grey_cur against grey_ref, held near (1, 0) so that textureless views cannot run away.
@@ -58,20 +85,41 @@ Matrix6d depthScaled(const Matrix6d& a, double depth_m) {
   return scale.asDiagonal() * a * scale.asDiagonal();
 }
 
-// Step that leaves directions alone which the data do not constrain.
-Vector6d solveConstrained(const NormalEquations& sums, double depth_m, double weak_ratio) {
-  const Matrix6d scaled = depthScaled(sums.a, depth_m);
-  Vector6d scale;
-  scale << depth_m, depth_m, depth_m, 1, 1, 1;
-  const Vector6d rhs = -(scale.asDiagonal() * sums.b);
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaled);
-  const double strongest = eigen.eigenvalues()(5);
-  Vector6d step = Vector6d::Zero();
-  for (int i = 0; i < 6; ++i) {
-    if (eigen.eigenvalues()(i) <= weak_ratio * strongest) continue;
-    step += eigen.eigenvectors().col(i) * (eigen.eigenvectors().col(i).dot(rhs) / eigen.eigenvalues()(i));
+// The directions of the camera's motion, weakest first, and how well the views determine each.
+struct Constraints {
+  Eigen::SelfAdjointEigenSolver<Matrix6d> eigen;  // of the depth-scaled information
+  double depth_m = 1;
+  int free = 0;  // how many of the weakest directions are not determined
+
+  Constraints(const Matrix6d& a, double depth, double weak_ratio) : eigen(depthScaled(a, depth)), depth_m(depth) {
+    while (free < 6 && eigen.eigenvalues()(free) <= weak_ratio * eigen.eigenvalues()(5)) ++free;
   }
-  return scale.asDiagonal() * step;
+};
+
+// Gauss-Newton step within the determined directions.
+Vector6d solveConstrained(const NormalEquations& sums, const Constraints& constraints) {
+  Vector6d scale;
+  scale << constraints.depth_m, constraints.depth_m, constraints.depth_m, 1, 1, 1;
+  const Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 6> basis =
+      scale.asDiagonal() * constraints.eigen.eigenvectors().rightCols(6 - constraints.free);
+  if (basis.cols() == 0) return Vector6d::Zero();
+  const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6> a = basis.transpose() * sums.a * basis;
+  const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> b = basis.transpose() * sums.b;
+  return basis * a.ldlt().solve(-b);
+}
+
+void describeConstraints(const Constraints& constraints, const AlignmentOptions& options, Alignment& result) {
+  const auto& values = constraints.eigen.eigenvalues();
+  const auto& directions = constraints.eigen.eigenvectors();
+  result.degeneracy = values(5) > 0 ? std::max(0.0, values(0) / values(5)) : 0;
+  result.weakest_direction = directions.col(0);
+  result.free_directions = constraints.free;
+  Vector6d information = values.cwiseMax(0) / options.information_deflation;
+  for (int i = 0; i < constraints.free; ++i)
+    information(i) = std::min(information(i), 1 / (options.free_sigma * options.free_sigma));
+  const Matrix6d scaled = directions * information.asDiagonal() * directions.transpose();
+  result.information = depthScaled(scaled, 1 / constraints.depth_m);
+  result.information = 0.5 * (result.information + result.information.transpose()).eval();
 }
 
 }  // namespace
@@ -94,6 +142,7 @@ Alignment align(const ReferenceView& reference, const Pyramid& frame, const Pose
     ResidualCounts counts;
     NormalEquations sums;
     double depth = 1;
+    std::optional<Constraints> constraints;
     float photometric_median = 255;
     for (int i = 0; i < iterations; ++i) {
       counts = evaluateResiduals(points, level, result.T_ref_cur, gates, brightness, options.noise, residuals);
@@ -101,10 +150,15 @@ Alignment align(const ReferenceView& reference, const Pyramid& frame, const Pose
       photometric_median = medianAbsolutePhotometric(size, residuals);
       const float scale = std::clamp(1.4826f * photometric_median, 3.0f, 20.0f);
       const Brightness next = fitBrightness(points, brightness, scale, residuals);
-      weighPhotometric(size, scale, kHuber, options.photometric_weight, residuals);
+      weighPhotometric(size,
+                       {scale, kHuber, options.photometric_weight, kGradientNoise * squareOfNoise(points, residuals)},
+                       residuals);
       sums = sumNormalEquations(size, residuals);
       if (counts.inliers > 0) depth = counts.depth_sum / static_cast<double>(counts.inliers);
-      const Vector6d step = solveConstrained(sums, depth, options.weak_ratio);
+      if (i == 0)
+        constraints.emplace(sumConstraints(points, level, result.T_ref_cur, options.noise, residuals, kSampled), depth,
+                            options.weak_ratio);
+      const Vector6d step = solveConstrained(sums, *constraints);
       if (!step.allFinite()) return result;
       result.T_ref_cur = Pose::exp(step) * result.T_ref_cur;
       brightness = next;
@@ -116,10 +170,9 @@ Alignment align(const ReferenceView& reference, const Pyramid& frame, const Pose
     const auto share = [](size_t part, size_t whole) {
       return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
     };
-    const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(depthScaled(sums.a, depth));
-    result.degeneracy = eigen.eigenvalues()(5) > 0 ? std::max(0.0, eigen.eigenvalues()(0) / eigen.eigenvalues()(5)) : 0;
-    result.weakest_direction = eigen.eigenvectors().col(0);
-    result.information = sums.a / options.information_deflation;
+    describeConstraints(Constraints(sumConstraints(points, level, result.T_ref_cur, options.noise, residuals, 1), depth,
+                                    options.weak_ratio),
+                        options, result);
     result.inlier_ratio = share(counts.inliers, counts.compared);
     result.overlap = share(counts.visible, points.count);
     result.rms_sigma =

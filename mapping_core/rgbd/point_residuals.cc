@@ -159,6 +159,7 @@ ResidualCounts Evaluate(const ResidualTask& task, PointResiduals& out) {
     const F expected = hn::Add(hn::Mul(set(task.brightness.gain), load(points.grey)), set(task.brightness.bias));
     hn::StoreU(hn::IfThenElseZero(photometric, hn::Sub(value, expected)), d, out.rp.data() + i);
     hn::StoreU(hn::IfThenElseZero(photometric, one), d, out.wp.data() + i);
+    hn::StoreU(hn::Add(hn::Mul(gx, load(points.gx)), hn::Mul(gy, load(points.gy))), d, out.gradient.data() + i);
     const F gu = hn::Mul(hn::Mul(gx, fx), iz), gv = hn::Mul(hn::Mul(gy, fy), iz);
     const F gz = hn::Neg(hn::Mul(hn::Add(hn::Mul(gu, q.x), hn::Mul(gv, q.y)), iz));
     constexpr float kOrigin[3] = {0, 0, 0};
@@ -173,15 +174,19 @@ ResidualCounts Evaluate(const ResidualTask& task, PointResiduals& out) {
   return counts;
 }
 
-void Weigh(size_t points, float scale, float huber, float weight, PointResiduals& residuals) {
+void Weigh(size_t points, const PhotometricWeights& weights, PointResiduals& residuals) {
   const Floats d;
-  const F inverse_scale = hn::Set(d, 1 / scale), limit = hn::Set(d, huber);
-  const F full = hn::Set(d, weight / (scale * scale));
+  const F zero = hn::Zero(d), one = hn::Set(d, 1);
+  const F inverse_scale = hn::Set(d, 1 / weights.scale), limit = hn::Set(d, weights.huber);
+  const F full = hn::Set(d, weights.weight / (weights.scale * weights.scale));
+  const F least = hn::Set(d, weights.least_gradient_square);
   for (size_t i = 0; i < points; i += hn::Lanes(d)) {
     const F share = hn::Mul(hn::Abs(hn::LoadU(d, residuals.rp.data() + i)), inverse_scale);
     const F tapered = hn::Mul(full, hn::Div(limit, hn::Max(share, limit)));
-    const auto used = hn::Gt(hn::LoadU(d, residuals.wp.data() + i), hn::Zero(d));
-    hn::StoreU(hn::IfThenElseZero(used, tapered), d, residuals.wp.data() + i);
+    const F gradient = hn::LoadU(d, residuals.gradient.data() + i);
+    const auto used = hn::And(hn::Gt(hn::LoadU(d, residuals.wp.data() + i), zero), hn::Gt(gradient, least));
+    const F signal = hn::Sub(one, hn::Div(least, hn::IfThenElse(used, gradient, one)));
+    hn::StoreU(hn::IfThenElseZero(used, hn::Mul(tapered, signal)), d, residuals.wp.data() + i);
   }
 }
 
@@ -219,7 +224,7 @@ HWY_EXPORT(Sum);
 
 void PointResiduals::reserve(size_t points) {
   if (rg.size() >= points) return;
-  for (auto* column : {&rg, &wg, &rp, &wp}) column->resize(points);
+  for (auto* column : {&rg, &wg, &rp, &wp, &gradient}) column->resize(points);
   for (auto& column : jg) column.resize(points);
   for (auto& column : jp) column.resize(points);
 }
@@ -256,8 +261,8 @@ ResidualCounts evaluateResiduals(const ReferencePoints& points, const PyramidLev
   return HWY_DYNAMIC_DISPATCH(Evaluate)(task, out);
 }
 
-void weighPhotometric(size_t points, float scale, float huber, float weight, PointResiduals& residuals) {
-  HWY_DYNAMIC_DISPATCH(Weigh)(points, scale, huber, weight, residuals);
+void weighPhotometric(size_t points, const PhotometricWeights& weights, PointResiduals& residuals) {
+  HWY_DYNAMIC_DISPATCH(Weigh)(points, weights, residuals);
 }
 
 NormalEquations sumNormalEquations(size_t points, const PointResiduals& residuals) {
@@ -265,12 +270,15 @@ NormalEquations sumNormalEquations(size_t points, const PointResiduals& residual
   alignas(64) float b[6 * kPointLanes] = {};
   HWY_DYNAMIC_DISPATCH(Sum)(points, residuals.jg, residuals.rg, residuals.wg, a, b);
   HWY_DYNAMIC_DISPATCH(Sum)(points, residuals.jp, residuals.rp, residuals.wp, a, b);
+  const auto addLanes = [](const float* lanes, double& sum) {
+    for (size_t l = 0; l < kPointLanes; ++l) sum += lanes[l];
+  };
   NormalEquations sums;
   size_t k = 0;
   for (int p = 0; p < 6; ++p) {
-    for (size_t l = 0; l < kPointLanes; ++l) sums.b(p) += b[static_cast<size_t>(p) * kPointLanes + l];
+    addLanes(b + static_cast<size_t>(p) * kPointLanes, sums.b(p));
     for (int q = p; q < 6; ++q, ++k) {
-      for (size_t l = 0; l < kPointLanes; ++l) sums.a(p, q) += a[k * kPointLanes + l];
+      addLanes(a + k * kPointLanes, sums.a(p, q));
       sums.a(q, p) = sums.a(p, q);
     }
   }

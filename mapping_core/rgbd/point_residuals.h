@@ -22,6 +22,7 @@ struct Brightness {
 struct PointResiduals {
   std::vector<float> rg, wg, jg[6];
   std::vector<float> rp, wp, jp[6];
+  std::vector<float> gradient;  // product of the gradients of both views there, grey levels a pixel squared
   void reserve(size_t points);
 };
 
@@ -46,8 +47,17 @@ ResidualCounts evaluateResiduals(const ReferencePoints& points, const PyramidLev
                                  const AssociationGates& gates, const Brightness& brightness,
                                  const DepthNoiseModel& noise, PointResiduals& out);
 
-/// Replaces photometric weights by Huber's: `weight` / scale^2, falling off beyond `huber` scales.
-void weighPhotometric(size_t points, float scale, float huber, float weight, PointResiduals& residuals);
+struct PhotometricWeights {
+  float scale = 3;       ///< of residuals, grey levels
+  float huber = 1.345f;  ///< scales beyond which the weight falls off
+  float weight = 1;      ///< of all
+  /// A gradient that both views share must exceed this (its square, grey levels a pixel squared), else it is noise:
+  /// the weight grows from 0 there to 1 far above.
+  float least_gradient_square = 0;
+};
+
+/// Replaces photometric weights by Huber's, weight / scale^2 at the centre.
+void weighPhotometric(size_t points, const PhotometricWeights& weights, PointResiduals& residuals);
 
 struct NormalEquations {
   Matrix6d a = Matrix6d::Zero();  ///< sum of w J^T J

@@ -86,4 +86,8 @@ void buildPyramid(const ColourImage& colour, const Image<float>& depth_m, const 
   fillLevels(camera, pyramid);
 }
 
+void shrinkDepth(Pyramid& pyramid) {
+  for (size_t l = 1; l < pyramid.size(); ++l) halveDepth(pyramid[l - 1].depth_m, pyramid[l].depth_m);
+}
+
 }  // namespace comap

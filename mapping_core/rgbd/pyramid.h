@@ -25,4 +25,7 @@ void buildPyramid(const ColourImage& colour, const DepthImage& depth, const Came
 void buildPyramid(const ColourImage& colour, const Image<float>& depth_m, const CameraModel& camera, int levels,
                   Pyramid& pyramid);
 
+/// Makes the depth of all coarser levels anew from that of level 0.
+void shrinkDepth(Pyramid& pyramid);
+
 }  // namespace comap

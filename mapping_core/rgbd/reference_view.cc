@@ -1,52 +1,27 @@
 #include "mapping_core/rgbd/reference_view.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+
+#include "mapping_core/rgbd/surface_normal.h"
 
 namespace comap {
 namespace {
 
 constexpr size_t kLanes = 8;
 
-Eigen::Vector3f pointAt(const PyramidLevel& level, int x, int y) {
-  const float z = level.depth_m.at(x, y);
-  const CameraModel& c = level.camera;
-  return {(static_cast<float>(x) - static_cast<float>(c.cx)) / static_cast<float>(c.fx) * z,
-          (static_cast<float>(y) - static_cast<float>(c.cy)) / static_cast<float>(c.fy) * z, z};
+// Scharr's operator: the direction of an edge is right to a degree or so, whichever way it runs.
+Eigen::Vector2f gradientAt(const Image<float>& grey, int x, int y) {
+  const float* up = grey.row(y - 1) + x;
+  const float* mid = grey.row(y) + x;
+  const float* down = grey.row(y + 1) + x;
+  const float gx = 3 * (up[1] - up[-1] + down[1] - down[-1]) + 10 * (mid[1] - mid[-1]);
+  const float gy = 3 * (down[-1] - up[-1] + down[1] - up[1]) + 10 * (down[0] - up[0]);
+  return {gx / 32, gy / 32};
 }
 
-// Central differences over `reach` pixels; zero where a neighbour is missing or beyond a jump.
-Eigen::Vector3f normalAt(const PyramidLevel& level, int x, int y, int reach) {
-  if (x < reach || y < reach || x >= level.depth_m.width() - reach || y >= level.depth_m.height() - reach)
-    return Eigen::Vector3f::Zero();
-  const float z = level.depth_m.at(x, y);
-  // Slope allowance: a surface at 80 degrees rises 5.7 times the pixel's footprint.
-  const float gate =
-      0.01f + 0.006f * z * z + 6.0f * static_cast<float>(reach) * z / static_cast<float>(level.camera.fx);
-  const float left = level.depth_m.at(x - reach, y), right = level.depth_m.at(x + reach, y);
-  const float up = level.depth_m.at(x, y - reach), down = level.depth_m.at(x, y + reach);
-  for (const float d : {left, right, up, down})
-    if (d <= 0 || std::abs(d - z) > gate) return Eigen::Vector3f::Zero();
-  const Eigen::Vector3f dx = pointAt(level, x + reach, y) - pointAt(level, x - reach, y);
-  const Eigen::Vector3f dy = pointAt(level, x, y + reach) - pointAt(level, x, y - reach);
-  Eigen::Vector3f n = dx.cross(dy);
-  const float length = n.norm();
-  if (!(length > 0)) return Eigen::Vector3f::Zero();
-  n /= length;
-  const Eigen::Vector3f p = pointAt(level, x, y);
-  const float facing = n.dot(p) / p.norm();
-  if (std::abs(facing) < 0.12f) return Eigen::Vector3f::Zero();  // grazing beyond 83 degrees: depth is noise
-  return facing > 0 ? Eigen::Vector3f(-n) : n;
-}
-
-float gradientSquared(const Image<float>& grey, int x, int y) {
-  const float gx = grey.at(x + 1, y) - grey.at(x - 1, y);
-  const float gy = grey.at(x, y + 1) - grey.at(x, y - 1);
-  return gx * gx + gy * gy;
-}
-
-void append(ReferencePoints& points, const Eigen::Vector3f& p, const Eigen::Vector3f& n, float grey, float sigma) {
+void append(ReferencePoints& points, const Eigen::Vector3f& p, const Eigen::Vector3f& n, float grey,
+            const Eigen::Vector2f& gradient, float sigma) {
   points.x.push_back(p.x());
   points.y.push_back(p.y());
   points.z.push_back(p.z());
@@ -54,19 +29,31 @@ void append(ReferencePoints& points, const Eigen::Vector3f& p, const Eigen::Vect
   points.ny.push_back(n.y());
   points.nz.push_back(n.z());
   points.grey.push_back(grey);
+  points.gx.push_back(gradient.x());
+  points.gy.push_back(gradient.y());
   points.sigma_m.push_back(sigma);
 }
 
-ReferencePoints pickPoints(const PyramidLevel& level, int number, const ReferenceOptions& options,
-                           const DepthNoiseModel& noise) {
-  ReferencePoints points;
+float medianGradientSquare(const ReferencePoints& points) {
+  if (points.count == 0) return 0;
+  std::vector<float> squares(points.count);
+  for (size_t i = 0; i < points.count; ++i) squares[i] = points.gx[i] * points.gx[i] + points.gy[i] * points.gy[i];
+  const auto middle = squares.begin() + static_cast<long>(points.count / 2);
+  std::nth_element(squares.begin(), middle, squares.end());
+  return *middle;
+}
+
+void pickPoints(const PyramidLevel& level, int number, const ReferenceOptions& options, const DepthNoiseModel& noise,
+                ReferencePoints& points) {
   points.camera = level.camera;
   points.level = number;
+  for (auto* column : {&points.x, &points.y, &points.z, &points.nx, &points.ny, &points.nz, &points.grey, &points.gx,
+                       &points.gy, &points.sigma_m})
+    column->clear();
   const int width = level.grey.width(), height = level.grey.height();
   const int cell =
       std::max(1, static_cast<int>(std::ceil(std::sqrt(static_cast<double>(width) * height / options.max_points))));
-  // Normals over about the same piece of surface at every level: 4 pixels of full resolution to each side.
-  const int reach = std::max(1, 4 >> number);
+  const int reach = normalReach(number);
   constexpr int kBorder = 2;
   for (int cy = kBorder; cy + cell <= height - kBorder; cy += cell) {
     for (int cx = kBorder; cx + cell <= width - kBorder; cx += cell) {
@@ -75,7 +62,7 @@ ReferencePoints pickPoints(const PyramidLevel& level, int number, const Referenc
       for (int y = cy; y < cy + cell; ++y)
         for (int x = cx; x < cx + cell; ++x) {
           if (level.depth_m.at(x, y) <= 0) continue;
-          const float g = gradientSquared(level.grey, x, y);
+          const float g = gradientAt(level.grey, x, y).squaredNorm();
           if (g > best) {
             best = g;
             best_x = x;
@@ -86,22 +73,32 @@ ReferencePoints pickPoints(const PyramidLevel& level, int number, const Referenc
       const Eigen::Vector3f p = pointAt(level, best_x, best_y);
       const Eigen::Vector3f n = normalAt(level, best_x, best_y, reach);
       const float along = n.isZero() ? 1.0f : std::abs(n.dot(p)) / p.norm();
-      append(points, p, n, level.grey.at(best_x, best_y), std::max(noise.floor_m, along * noise.sigma(p.z())));
+      append(points, p, n, level.grey.at(best_x, best_y), gradientAt(level.grey, best_x, best_y),
+             std::max(noise.floor_m, along * noise.sigma(p.z())));
     }
   }
   points.count = points.x.size();
-  while (points.x.size() % kLanes != 0) append(points, {0, 0, -1}, {0, 0, 0}, 0, 1);  // behind the camera: never seen
-  return points;
+  points.median_gradient_square = medianGradientSquare(points);
+  while (points.x.size() % kLanes != 0)
+    append(points, {0, 0, -1}, {0, 0, 0}, 0, {0, 0}, 1);  // behind the camera: never seen
 }
 
 }  // namespace
 
 ReferenceView buildReference(const Pyramid& pyramid, const ReferenceOptions& options, const DepthNoiseModel& noise) {
   ReferenceView view;
-  const int coarsest = std::min(options.coarsest_level, static_cast<int>(pyramid.size()) - 1);
-  for (int l = coarsest; l >= options.finest_level; --l)
-    view.levels.push_back(pickPoints(pyramid[static_cast<size_t>(l)], l, options, noise));
+  buildReference(pyramid, options, noise, view);
   return view;
+}
+
+void buildReference(const Pyramid& pyramid, const ReferenceOptions& options, const DepthNoiseModel& noise,
+                    ReferenceView& view) {
+  const int coarsest = std::min(options.coarsest_level, static_cast<int>(pyramid.size()) - 1);
+  view.levels.resize(static_cast<size_t>(std::max(0, coarsest - options.finest_level + 1)));
+  for (size_t i = 0; i < view.levels.size(); ++i) {
+    const int level = coarsest - static_cast<int>(i);
+    pickPoints(pyramid[static_cast<size_t>(level)], level, options, noise, view.levels[i]);
+  }
 }
 
 }  // namespace comap

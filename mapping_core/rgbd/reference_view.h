@@ -19,10 +19,12 @@ struct ReferenceOptions {
 struct ReferencePoints {
   CameraModel camera;
   int level = 0;
-  size_t count = 0;               ///< without padding
-  std::vector<float> x, y, z;     ///< in the reference camera's frame, metres
-  std::vector<float> nx, ny, nz;  ///< unit normal towards the camera; 0 0 0 = none
+  size_t count = 0;                  ///< without padding
+  float median_gradient_square = 0;  ///< half of the points have less
+  std::vector<float> x, y, z;        ///< in the reference camera's frame, metres
+  std::vector<float> nx, ny, nz;     ///< unit normal towards the camera; 0 0 0 = none
   std::vector<float> grey;
+  std::vector<float> gx, gy;   ///< gradient of grey, levels a pixel
   std::vector<float> sigma_m;  ///< 1 sigma of depth noise along the normal
 };
 
@@ -33,5 +35,9 @@ struct ReferenceView {
 /// Picks per grid cell the pixel with the strongest grey gradient among those with depth, and gives it the normal of
 /// its neighbourhood if that is smooth. Deterministic.
 ReferenceView buildReference(const Pyramid& pyramid, const ReferenceOptions& options, const DepthNoiseModel& noise);
+
+/// The same into the memory of an earlier one.
+void buildReference(const Pyramid& pyramid, const ReferenceOptions& options, const DepthNoiseModel& noise,
+                    ReferenceView& view);
 
 }  // namespace comap

@@ -8,6 +8,7 @@ namespace comap {
 namespace {
 
 constexpr int kWaves = 14;
+constexpr double kBlur_px = 3;  // that a lens and a colour filter leave of a sharp edge
 constexpr double kShortestWave_m = 0.06, kLongestWave_m = 2.5;
 constexpr float kSolidGrey = 45;
 // Amplitudes: as in real rooms most of the power is in large shapes, and there is grain enough to align by.
@@ -48,6 +49,17 @@ Scene Scene::room(uint64_t seed) {
 Scene Scene::plainPlane(const Eigen::Vector3d& point, const Eigen::Vector3d& normal, uint8_t grey) {
   Scene scene;
   scene.solids_ = {{Shape::kPlane, point, normal, Eigen::Vector3f::Constant(grey)}};
+  return scene;
+}
+
+Scene Scene::corridor() {
+  Scene scene;
+  const auto grey = [](float value) { return Eigen::Vector3f::Constant(value); };
+  scene.colour_samples_ = 3;  // a camera does not see steps along the edges
+  scene.solids_ = {{Shape::kPlane, {0, 1.2, 0}, {0, -1, 0}, grey(70)},
+                   {Shape::kPlane, {0, -1.3, 0}, {0, 1, 0}, grey(220)},
+                   {Shape::kPlane, {-0.9, 0, 0}, {1, 0, 0}, grey(160)},
+                   {Shape::kPlane, {1.1, 0, 0}, {-1, 0, 0}, grey(140)}};
   return scene;
 }
 
@@ -111,12 +123,33 @@ Frame Scene::render(const CameraModel& camera, const Pose& T_world_cam, int64_t 
       const Eigen::Vector3d ray = rotation * camera.unproject(x, y, 1);
       const auto hit = cast(T_world_cam.translation(), ray);
       if (!hit) continue;
-      frame.colour.at(x, y) = colourAt(T_world_cam.translation() + hit->distance * ray, hit->solid);
+      frame.colour.at(x, y) = colour_samples_ == 1
+                                  ? colourAt(T_world_cam.translation() + hit->distance * ray, hit->solid)
+                                  : meanColour(camera, T_world_cam, x, y);
       // The ray has z = 1 in the camera, so its parameter is the depth.
       frame.depth.at(x, y) =
           static_cast<uint16_t>(std::clamp(std::lround(hit->distance * kDepthUnitsPerMetre), 0l, 65535l));
     }
   return frame;
+}
+
+Rgb Scene::meanColour(const CameraModel& camera, const Pose& T_world_cam, int x, int y) const {
+  int r = 0, g = 0, b = 0, seen = 0;
+  for (int j = 0; j < colour_samples_; ++j)
+    for (int i = 0; i < colour_samples_; ++i) {
+      const auto offset = [this](int k) { return kBlur_px * ((k + 0.5) / colour_samples_ - 0.5); };
+      const Eigen::Vector3d ray = T_world_cam.rotationMatrix() * camera.unproject(x + offset(i), y + offset(j), 1);
+      const auto hit = cast(T_world_cam.translation(), ray);
+      if (!hit) continue;
+      const Rgb colour = colourAt(T_world_cam.translation() + hit->distance * ray, hit->solid);
+      r += colour.r;
+      g += colour.g;
+      b += colour.b;
+      ++seen;
+    }
+  if (seen == 0) return {};
+  const auto mean = [seen](int sum) { return static_cast<uint8_t>((sum + seen / 2) / seen); };
+  return {mean(r), mean(g), mean(b)};
 }
 
 std::optional<double> Scene::depthAt(const CameraModel& camera, const Pose& T_world_cam, double u, double v) const {

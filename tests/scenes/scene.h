@@ -20,6 +20,9 @@ class Scene {
   /// One infinite plane through `point` with normal `normal`, of one colour: no texture at all.
   static Scene plainPlane(const Eigen::Vector3d& point, const Eigen::Vector3d& normal, uint8_t grey = 128);
 
+  /// A corridor along z without end: floor, ceiling and two walls, each of one colour. Nothing tells how far along.
+  static Scene corridor();
+
   /// The exact view from T_world_cam: colour of the point each pixel's centre sees, depth rounded to depth units.
   Frame render(const CameraModel& camera, const Pose& T_world_cam, int64_t stamp_ns = 0) const;
 
@@ -47,9 +50,11 @@ class Scene {
   std::optional<Hit> cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& ray) const;
   static std::optional<double> intersect(const Solid& solid, const Eigen::Vector3d& origin, const Eigen::Vector3d& ray);
   Rgb colourAt(const Eigen::Vector3d& x_world, size_t solid) const;
+  Rgb meanColour(const CameraModel& camera, const Pose& T_world_cam, int x, int y) const;
 
   std::vector<Solid> solids_;
   std::vector<Wave> waves_;
+  int colour_samples_ = 1;  // a side, within a pixel
 };
 
 /// 640x480, f = 525, as the common structured-light cameras.

@@ -1,11 +1,10 @@
-#include "edge_agent/keyframes/super_keyframe.h"
+#include "edge_agent/odometry/super_keyframe.h"
 
 #include <algorithm>
-#include <cassert>
 
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "edge_agent/keyframes/super_keyframe.cc"
+#define HWY_TARGET_INCLUDE "edge_agent/odometry/super_keyframe.cc"
 #include <hwy/foreach_target.h>  // compiles this file once for each instruction set
 #include <hwy/highway.h>
 
@@ -26,6 +25,8 @@ struct WarpTask {
   float back[4];  // third row of T_key_cam: depth in the keyframe
   DepthNoiseModel noise;
   float* inverse_depth;
+  float frames;  // as how many frames it counts
+  int32_t hits;  // and as how many hits
   float* weight;
   int32_t* counts;
 };
@@ -83,7 +84,7 @@ void Average(const WarpTask& task) {
       const F rho_live = hn::Div(one, hn::IfThenElse(usable, back, one));
       const F sigma =
           hn::Add(hn::Mul(set(task.noise.floor_m), hn::Mul(rho_live, rho_live)), set(task.noise.factor_per_m));
-      const F weight_live = hn::Div(one, hn::Mul(sigma, sigma));
+      const F weight_live = hn::Div(set(task.frames), hn::Mul(sigma, sigma));
       const F weight = hn::LoadU(d, task.weight + i);
       const F all = hn::Add(weight, weight_live);
       const F difference = hn::Sub(rho_live, rho);
@@ -95,7 +96,7 @@ void Average(const WarpTask& task) {
       const F mean = hn::Add(rho, hn::Mul(difference, hn::Div(weight_live, all)));
       hn::StoreU(hn::IfThenElse(agrees, mean, rho), d, task.inverse_depth + i);
       hn::StoreU(hn::IfThenElse(agrees, all, weight), d, task.weight + i);
-      const auto counted = hn::IfThenElseZero(hn::RebindMask(di, agrees), hn::Set(di, 1));
+      const auto counted = hn::IfThenElseZero(hn::RebindMask(di, agrees), hn::Set(di, task.hits));
       const auto contradicted = hn::IfThenElseZero(hn::RebindMask(di, through), hn::Set(di, kSeenThrough));
       hn::StoreU(hn::Add(hn::LoadU(di, task.counts + i), hn::Add(counted, contradicted)), di, task.counts + i);
     }
@@ -142,8 +143,20 @@ void SuperKeyframe::start(const PyramidLevel& keyframe) {
 }
 
 void SuperKeyframe::add(const PyramidLevel& frame, const Pose& T_keyframe_cam) {
-  assert(frame.depth_m.width() == camera_.width && frame.depth_m.height() == camera_.height);
   if (frames_ == 0 || frames_ >= kMostFrames) return;
+  average(frame, T_keyframe_cam, 1, 1);
+  ++frames_;
+  // Holes change slowly: frames 2, 4, 8 and so on are enough to fill them.
+  if ((frames_ & (frames_ - 1)) == 0) fillHoles(frame, T_keyframe_cam);
+}
+
+void SuperKeyframe::inherit(const PyramidLevel& before, const Pose& T_keyframe_before, float frames) {
+  average(before, T_keyframe_before, frames, 0);
+  fillHoles(before, T_keyframe_before);
+}
+
+void SuperKeyframe::average(const PyramidLevel& frame, const Pose& T_keyframe_cam, float frames, int32_t hits) {
+  if (frame.depth_m.width() != camera_.width || frame.depth_m.height() != camera_.height) return;
   WarpTask task;
   task.depth_m = frame.depth_m.data();
   task.width = camera_.width;
@@ -162,16 +175,16 @@ void SuperKeyframe::add(const PyramidLevel& frame, const Pose& T_keyframe_cam) {
   }
   task.back[3] = t_key_cam(2);
   task.noise = noise_;
+  task.frames = frames;
+  task.hits = hits;
   task.inverse_depth = inverse_depth_.data();
   task.weight = weight_.data();
   task.counts = counts_.data();
   HWY_DYNAMIC_DISPATCH(Average)(task);
-  ++frames_;
-  // Holes change slowly: frames 2, 4, 8 and so on are enough to fill them.
-  if ((frames_ & (frames_ - 1)) == 0) fillHoles(frame, T_keyframe_cam);
 }
 
 void SuperKeyframe::fillHoles(const PyramidLevel& frame, const Pose& T_keyframe_cam) {
+  if (frame.depth_m.width() != camera_.width || frame.depth_m.height() != camera_.height) return;
   const Eigen::Matrix3f r = T_keyframe_cam.rotationMatrix().cast<float>();
   const Eigen::Vector3f t = T_keyframe_cam.translation().cast<float>();
   const float fx = static_cast<float>(camera_.fx), fy = static_cast<float>(camera_.fy);
@@ -205,18 +218,16 @@ bool SuperKeyframe::holds(size_t pixel) const {
   return hits > ((counts_[pixel] & kFilled) != 0 ? 1 : 0) && hits >= through;
 }
 
-Image<float> SuperKeyframe::depth() const {
-  Image<float> depth(camera_.width, camera_.height);
-  for (size_t i = 0; i < depth.size(); ++i)
-    if (holds(i)) depth.data()[i] = 1 / inverse_depth_[i];
-  return depth;
+void SuperKeyframe::writeDepth(Image<float>& depth_m) const {
+  if (depth_m.width() != camera_.width || depth_m.height() != camera_.height)
+    depth_m = Image<float>(camera_.width, camera_.height);
+  for (size_t i = 0; i < depth_m.size(); ++i) depth_m.data()[i] = holds(i) ? 1 / inverse_depth_[i] : 0.0f;
 }
 
-Image<uint8_t> SuperKeyframe::hits() const {
-  Image<uint8_t> hits(camera_.width, camera_.height);
-  for (size_t i = 0; i < hits.size(); ++i)
-    if (holds(i)) hits.data()[i] = static_cast<uint8_t>(counts_[i] & kHits);
-  return hits;
+void SuperKeyframe::writeHits(Image<uint8_t>& hits) const {
+  if (hits.width() != camera_.width || hits.height() != camera_.height)
+    hits = Image<uint8_t>(camera_.width, camera_.height);
+  for (size_t i = 0; i < hits.size(); ++i) hits.data()[i] = static_cast<uint8_t>(holds(i) ? counts_[i] & kHits : 0);
 }
 
 }  // namespace comap

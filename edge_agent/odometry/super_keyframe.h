@@ -21,21 +21,26 @@ class SuperKeyframe {
   void start(const PyramidLevel& keyframe);
 
   /// Averages in one more frame of the window: inverse depth, each measurement by its weight 1/sigma^2, those beyond
-  /// three sigma left out. A frame of another size than the keyframe's is a mistake of the caller.
+  /// three sigma left out. Frames of another size than the keyframe's, and more than 200, change nothing.
   void add(const PyramidLevel& frame, const Pose& T_keyframe_cam);
 
-  /// Means where measurements agree; 0 where none do: where more frames saw through the pixel than confirmed it, or
-  /// where only one frame filled a hole.
-  Image<float> depth() const;
+  /// Takes in the mean depth of the keyframe before, as if it were so many `frames`. It is no hit of this window.
+  void inherit(const PyramidLevel& before, const Pose& T_keyframe_before, float frames);
 
-  /// How many frames agree on each pixel, 0 where depth() is 0.
-  Image<uint8_t> hits() const;
+  /// Means where measurements agree; 0 where none do: where more frames saw through the pixel than confirmed it, or
+  /// where only one frame filled a hole. Reuses the image's memory.
+  void writeDepth(Image<float>& depth_m) const;
+
+  /// How many frames of the window agree on each pixel, 0 where there is no depth.
+  void writeHits(Image<uint8_t>& hits) const;
 
   int frames() const { return frames_; }  ///< of the window so far, the keyframe included
+  const CameraModel& camera() const { return camera_; }
 
  private:
-  bool holds(size_t pixel) const;
+  void average(const PyramidLevel& frame, const Pose& T_keyframe_cam, float frames, int32_t hits);
   void fillHoles(const PyramidLevel& frame, const Pose& T_keyframe_cam);
+  bool holds(size_t pixel) const;
 
   DepthNoiseModel noise_;
   CameraModel camera_;
