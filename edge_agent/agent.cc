@@ -1,5 +1,6 @@
 #include "edge_agent/agent.h"
 
+#include "edge_agent/keyframes/depth_rounding.h"
 #include "mapping_core/ferns/fern_encoder.h"
 #include "protocol/codec/codec.h"
 
@@ -19,6 +20,7 @@ Agent::Agent(const AgentConfig& config, uint64_t session, FrameSource& source, L
       record_(std::move(record)),
       book_(FernBook::standard(config.fern_seed)),
       odometry_(config.odometry),
+      recovery_(config.recovery),
       sender_(link, config.robot, session, config.sender) {}
 
 Result<void> Agent::hello() {
@@ -37,15 +39,29 @@ Result<Agent::Progress> Agent::takeFrame() {
     return Progress::kFrame;
   }
   damaged_in_a_row_ = 0;
-  if (!*next) return Progress::kEnded;
+  if (!*next) {
+    if (auto closed = closeKeyframe(); !closed) return closed.error();
+    return Progress::kEnded;
+  }
   const Frame& frame = **next;
 
   const auto start = std::chrono::steady_clock::now();
-  const TrackedFrame tracked = odometry_.track(frame);
+  TrackedFrame tracked = odometry_.track(frame);
+  if (tracked.first && statistics_.keyframes > 0 && !findBack(frame, tracked)) {
+    tracked.first = false;
+    tracked.state = TrackingState::kLost;
+  }
   ++frames_since_keyframe_;
   const auto reason =
       keyframeReason(tracked, frames_since_keyframe_, medianDepth(frame.depth), state_, config_.keyframes);
-  if (!reason.empty()) odometry_.makeKeyframe();
+  // The depth of a keyframe is shipped as it is when the next one takes over, or when tracking fails.
+  if (!reason.empty() || tracked.state == TrackingState::kLost)
+    if (auto closed = closeKeyframe(); !closed) return closed.error();
+  if (!reason.empty()) {
+    odometry_.makeKeyframe(tracked);
+  } else {
+    odometry_.addToKeyframe(tracked);
+  }
   statistics_.odometry_ms.add(
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
   if (statistics_.frames == 0) statistics_.first_stamp_ns = frame.stamp_ns;
@@ -54,11 +70,11 @@ Result<Agent::Progress> Agent::takeFrame() {
   statistics_.poor_frames += tracked.state == TrackingState::kPoor;
   statistics_.lost_frames += tracked.state == TrackingState::kLost;
   if (tracked.state == TrackingState::kLost && state_ != TrackingState::kLost)
-    log_("tracking lost at frame " + std::to_string(statistics_.frames - 1) + ": a new chain begins");
+    log_("tracking lost at frame " + std::to_string(statistics_.frames - 1));
   state_ = tracked.state;
   T_odom_cam_ = tracked.T_odom_cam;
   if (!reason.empty())
-    if (auto shipped = ship(frame, tracked); !shipped) return shipped.error();
+    if (auto begun = beginKeyframe(frame, tracked); !begun) return begun.error();
 
   if (statistics_.keyframes == 0 || tracked.state == TrackingState::kLost) return Progress::kFrame;  // stands nowhere
   FrameRecord record;
@@ -72,26 +88,70 @@ Result<Agent::Progress> Agent::takeFrame() {
   return Progress::kFrame;
 }
 
-Result<void> Agent::ship(const Frame& frame, const TrackedFrame& tracked) {
+// For a frame that would begin a new chain: true if it may, or stands at a place that was found again.
+bool Agent::findBack(const Frame& frame, TrackedFrame& tracked) {
+  switch (recovery_.attempt(odometry_.live(), encodeFerns(book_, frame.colour, frame.depth))) {
+    case Recovery::Outcome::kLost:
+      return false;
+    case Recovery::Outcome::kNewChain:
+      log_("frame " + std::to_string(statistics_.frames) + " begins a new chain");
+      return true;
+    case Recovery::Outcome::kFound:
+      break;
+  }
+  const Relocalisation& place = recovery_.place();
+  log_("frame " + std::to_string(statistics_.frames) + " is at a place seen in keyframe " +
+       std::to_string(place.sequence));
+  ++statistics_.relocalised;
+  tracked.T_odom_cam = place.T_odom_keyframe * place.T_keyframe_cam;
+  odometry_.resume(tracked.T_odom_cam);
+  return true;
+}
+
+Result<void> Agent::beginKeyframe(const Frame& frame, const TrackedFrame& tracked) {
   Keyframe keyframe;
   keyframe.id = {config_.robot, session_, statistics_.keyframes};
   keyframe.stamp_ns = frame.stamp_ns;
   keyframe.camera = frame.camera;
   keyframe.colour = frame.colour;
-  keyframe.depth = frame.depth;
   keyframe.fern_code = encodeFerns(book_, frame.colour, frame.depth);
   keyframe.T_odom_cam = tracked.T_odom_cam;
-  keyframe.linked = !tracked.first;
-  if (keyframe.linked) {
-    keyframe.T_prev_this = tracked.T_keyframe_cam;
-    const double doubt = tracked.state == TrackingState::kPoor ? 100 : 1;
+  const bool found = tracked.first && statistics_.keyframes > 0 && recovery_.lastOutcome() == Recovery::Outcome::kFound;
+  if (found) {
+    const Relocalisation& place = recovery_.place();
+    keyframe.linked = true;
+    keyframe.linked_to = place.sequence;
+    keyframe.T_link_this = place.T_keyframe_cam;
+    keyframe.information = place.information;
+    keyframe.inlier_ratio = place.inlier_ratio;
+  } else if (!tracked.first) {
+    keyframe.linked = true;
+    keyframe.linked_to = statistics_.keyframes - 1;
+    keyframe.T_link_this = tracked.T_keyframe_cam;
+    // Where a direction is not determined the information says so; other poor frames say too much of themselves.
+    const double doubt = tracked.state == TrackingState::kPoor && !tracked.degenerate ? 100 : 1;
     keyframe.information = tracked.alignment.information / doubt;
     keyframe.inlier_ratio = tracked.alignment.inlier_ratio;
   }
-  if (auto added = sender_.add(keyframe); !added) return added;
+  statistics_.chains += !keyframe.linked;
+  recovery_.reset();
+  recovery_.remember(keyframe.id.sequence, keyframe.T_odom_cam, keyframe.fern_code, odometry_.live());
+  open_ = std::move(keyframe);
   ++statistics_.keyframes;
   frames_since_keyframe_ = 0;
   return {};
+}
+
+Result<void> Agent::closeKeyframe() {
+  if (!open_) return {};
+  const SuperKeyframe& depth = odometry_.keyframeDepth();
+  depth.writeDepth(mean_depth_m_);
+  depth.writeHits(hits_);
+  open_->depth = roundDepth(mean_depth_m_, config_.depth_rounding);
+  open_->depth_hits = fewestOfBlocks(hits_, kHitBlock);
+  const Keyframe keyframe = std::move(*open_);
+  open_.reset();
+  return sender_.add(keyframe);
 }
 
 Result<void> Agent::exchange(std::chrono::milliseconds timeout) {

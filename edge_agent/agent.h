@@ -11,6 +11,7 @@
 #include "edge_agent/capture/frame_source.h"
 #include "edge_agent/keyframes/keyframe_selector.h"
 #include "edge_agent/map_cache/tile_cache.h"
+#include "edge_agent/odometry/recovery.h"
 #include "edge_agent/odometry/visual_odometry.h"
 #include "edge_agent/time_histogram.h"
 #include "edge_agent/uplink/keyframe_sender.h"
@@ -29,6 +30,7 @@ struct FrameRecord {
 
 struct AgentStatistics {
   uint32_t frames = 0, keyframes = 0, damaged_frames = 0, poor_frames = 0, lost_frames = 0;
+  uint32_t chains = 0, relocalised = 0;  ///< starts without a link; times the robot found back to a known place
   uint64_t tiles_received = 0, tile_bytes_received = 0;
   TimeHistogram odometry_ms;                      ///< tracking and keyframe making, without reading and encoding
   int64_t first_stamp_ns = 0, last_stamp_ns = 0;  ///< of the frames tracked
@@ -56,6 +58,10 @@ class Agent {
   /// passed over; kUnreachable or kBadData after 10 of them in a row.
   Result<Progress> takeFrame();
 
+  /// Ships the keyframe that still takes in frames. takeFrame() does so when the source ends; call it when no more
+  /// frames will be taken for another reason.
+  Result<void> closeKeyframe();
+
   /// Handles messages for up to `timeout` (returns as soon as there are no more), then sends what is due.
   /// kProblem if the core refuses this robot; the text says why.
   Result<void> exchange(std::chrono::milliseconds timeout);
@@ -76,7 +82,8 @@ class Agent {
   const AgentStatistics& statistics() const { return statistics_; }
 
  private:
-  Result<void> ship(const Frame& frame, const TrackedFrame& tracked);
+  bool findBack(const Frame& frame, TrackedFrame& tracked);
+  Result<void> beginKeyframe(const Frame& frame, const TrackedFrame& tracked);
   Result<void> handle(const Delivery& delivery);
 
   AgentConfig config_;
@@ -87,6 +94,8 @@ class Agent {
   Record record_;
   FernBook book_;
   VisualOdometry odometry_;
+  Recovery recovery_;
+  std::optional<Keyframe> open_;  // all but its depth, which frames are still averaged into
   KeyframeSender sender_;
   TileCache cache_;
   std::optional<Correction> correction_;
@@ -98,6 +107,8 @@ class Agent {
   uint32_t durable_below_ = 0;
   uint32_t mapped_below_ = 0;
   Pose T_odom_cam_;
+  Image<float> mean_depth_m_;  // memory kept between keyframes
+  Image<uint8_t> hits_;
 };
 
 }  // namespace comap

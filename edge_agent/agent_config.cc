@@ -27,12 +27,15 @@ Result<AgentConfig> readAgentConfig(const std::string& path) {
   odometry.read("depth_noise_factor_per_m", config.odometry.alignment.noise.factor_per_m, 0, 0.1);
   odometry.read("photometric_weight", config.odometry.alignment.photometric_weight, 0, 10);
   odometry.read("lost_after_frames", config.odometry.lost_after, 1, 1000);
+  odometry.read("relocalise_frames", config.recovery.patience_frames, 0, 100000);
+  config.recovery.relocaliser.noise = config.odometry.alignment.noise;
 
   ConfigReader keyframes = reader->section("keyframes");
   keyframes.read("translation_m", config.keyframes.translation_m, 0.01, 2);
   keyframes.read("rotation_rad", config.keyframes.rotation_rad, 0.01, 1);
   keyframes.read("overlap", config.keyframes.overlap, 0.3, 0.99);
-  keyframes.read("max_frames", config.keyframes.max_frames, 1, 1000);
+  keyframes.read("max_frames", config.keyframes.max_frames, 1, 200);
+  keyframes.read("depth_step_per_m", config.depth_rounding.step_per_m, 0.0001, 0.05);
 
   ConfigReader uplink = reader->section("uplink");
   uint32_t window = static_cast<uint32_t>(config.sender.window);
@@ -72,11 +75,13 @@ odometry:
   depth_noise_factor_per_m: {}
   photometric_weight: {}        # of colour against depth
   lost_after_frames: {}         # poor ones in a row
+  relocalise_frames: {}         # tried to find a known place again before a new chain begins
 keyframes:                      # a new one after any of these
   translation_m: {}             # at 2 m median depth, scaled with it
   rotation_rad: {}
   overlap: {}                   # with the last keyframe, below this
   max_frames: {}
+  depth_step_per_m: {}          # rounding of mean depth: step = this * depth^2
 uplink:
   window_keyframes: {}          # in flight at a time
   max_waiting_keyframes: {}     # a recorded source pauses at so many unacknowledged
@@ -90,9 +95,10 @@ downlink:
 )",
       c.robot, c.source, c.link.domain, c.link.site, c.link.interface_address, c.link.insecure, c.odometry.depth_min_m,
       c.odometry.depth_max_m, c.odometry.alignment.noise.floor_m, c.odometry.alignment.noise.factor_per_m,
-      c.odometry.alignment.photometric_weight, c.odometry.lost_after, c.keyframes.translation_m,
-      c.keyframes.rotation_rad, c.keyframes.overlap, c.keyframes.max_frames, c.sender.window, c.max_waiting_keyframes,
-      c.sender.resend_after.count(), c.sender.jpeg_quality, c.fern_seed, c.interest_radius_m, c.downlink_bytes_per_s);
+      c.odometry.alignment.photometric_weight, c.odometry.lost_after, c.recovery.patience_frames,
+      c.keyframes.translation_m, c.keyframes.rotation_rad, c.keyframes.overlap, c.keyframes.max_frames,
+      c.depth_rounding.step_per_m, c.sender.window, c.max_waiting_keyframes, c.sender.resend_after.count(),
+      c.sender.jpeg_quality, c.fern_seed, c.interest_radius_m, c.downlink_bytes_per_s);
 }
 
 }  // namespace comap

@@ -3,7 +3,9 @@
 
 #include <string>
 
+#include "edge_agent/keyframes/depth_rounding.h"
 #include "edge_agent/keyframes/keyframe_selector.h"
+#include "edge_agent/odometry/recovery.h"
 #include "edge_agent/odometry/visual_odometry.h"
 #include "edge_agent/uplink/keyframe_sender.h"
 #include "mapping_core/ferns/fern_book.h"
@@ -16,7 +18,9 @@ struct AgentConfig {
   std::string source;  ///< URI of the frame source
   DdsLinkOptions link;
   OdometryOptions odometry;
+  RecoveryOptions recovery;
   KeyframeOptions keyframes;
+  DepthRounding depth_rounding;
   SenderOptions sender;
   size_t max_waiting_keyframes = 16;             ///< a recorded source pauses while so many are unacknowledged
   uint32_t fern_seed = FernBook::kStandardSeed;  ///< the same as the core's

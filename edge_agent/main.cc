@@ -107,7 +107,7 @@ Result<void> drive(Agent& agent, bool realtime, int patience_s) {
           !exchanged)
         return exchanged;
   }
-  return {};
+  return agent.closeKeyframe();
 }
 
 // After the last frame: until the core has all keyframes in its map and no more tiles come.

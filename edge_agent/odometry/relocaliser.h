@@ -68,7 +68,7 @@ class Relocaliser {
 
   RelocaliserOptions options_;
   PlaceMemory memory_;
-  AlignmentWorkspace workspace_;
+  PointResiduals workspace_;
   RotationWorkspace rotation_workspace_;
 };
 

@@ -56,6 +56,12 @@ class VisualOdometry {
   /// keyframe before if the frame was tracked well.
   void makeKeyframe(const TrackedFrame& tracked);
 
+  /// Lets a frame that track() called the first of a chain stand at a pose that was found otherwise.
+  void resume(const Pose& T_odom_cam) { T_odom_last_ = T_odom_cam; }
+
+  /// The frame just tracked.
+  const Pyramid& live() const { return live_; }
+
   /// Of the current keyframe, with all frames averaged in so far.
   const SuperKeyframe& keyframeDepth() const { return keyframe_depth_; }
 

@@ -79,8 +79,8 @@ Result<void> MapBuilder::place(const Keyframe& keyframe, const Entry& entry) {
   entries_[keyframe.id] = entry;
   by_index_.push_back(keyframe.id);
   KeyframeId previous = keyframe.id;
-  if (keyframe.id.sequence > 0) previous.sequence -= 1;
-  if (!keyframe.linked || previous == keyframe.id || !entries_.contains(previous)) {
+  previous.sequence = keyframe.linked_to;
+  if (!keyframe.linked || !entries_.contains(previous)) {
     components_.addAlone(keyframe.id);
     T_map_cam_[keyframe.id] = Pose();
     auto map = SurfelMap::create(device_, options_.fusion);
@@ -89,8 +89,8 @@ Result<void> MapBuilder::place(const Keyframe& keyframe, const Entry& entry) {
     return {};
   }
   components_.addTo(keyframe.id, previous);
-  T_map_cam_[keyframe.id] = T_map_cam_.at(previous) * keyframe.T_prev_this;
-  edges_.push_back({previous, keyframe.id, EdgeKind::kOdometry, keyframe.T_prev_this, keyframe.information});
+  T_map_cam_[keyframe.id] = T_map_cam_.at(previous) * keyframe.T_link_this;
+  edges_.push_back({previous, keyframe.id, EdgeKind::kOdometry, keyframe.T_link_this, keyframe.information});
   return store_.addEdge(edges_.back());
 }
 

@@ -1,5 +1,8 @@
 #include "protocol/codec/keyframe_codec.h"
 
+#include <algorithm>
+#include <string>
+
 #include "comap/v1/keyframe.pb.h"
 #include "protocol/codec/checks.h"
 #include "protocol/codec/depth_codec.h"
@@ -7,9 +10,12 @@
 #include "protocol/codec/fern_code_codec.h"
 #include "protocol/codec/geometry_codec.h"
 #include "protocol/codec/limits.h"
+#include "protocol/codec/section.h"
 
 namespace comap {
 namespace {
+
+constexpr int kHitsLevel = 3;  // of zstd
 
 codec::Check checkScalars(const Keyframe& keyframe) {
   codec::Check check("keyframe");
@@ -17,12 +23,30 @@ codec::Check checkScalars(const Keyframe& keyframe) {
       .camera("camera", keyframe.camera)
       .pose("T_odom_cam", keyframe.T_odom_cam)
       .range("inlier_ratio", keyframe.inlier_ratio, 0, 1);
-  if (keyframe.linked) check.pose("T_prev_this", keyframe.T_prev_this).information("information", keyframe.information);
+  if (keyframe.linked) {
+    check.pose("T_link_this", keyframe.T_link_this).information("information", keyframe.information);
+    check.that(keyframe.linked_to < keyframe.id.sequence, "linked_to",
+               "is " + std::to_string(keyframe.linked_to) + ", expected less than the keyframe's own " +
+                   std::to_string(keyframe.id.sequence));
+  }
   return check;
 }
 
 std::span<const uint8_t> bytesOf(const std::string& text) {
   return {reinterpret_cast<const uint8_t*>(text.data()), text.size()};
+}
+
+// The side of an image that is cut into blocks, the last of which may be smaller.
+int blocks(int side) { return (side + kHitBlock - 1) / kHitBlock; }
+
+Result<Image<uint8_t>> readHits(const std::string& packed, const CameraModel& camera) {
+  Image<uint8_t> hits;
+  if (packed.empty()) return hits;
+  hits = Image<uint8_t>(blocks(camera.width), blocks(camera.height));
+  const auto raw = codec::decompress(bytesOf(packed), hits.size(), "keyframe: depth_hits");
+  if (!raw) return raw.error();
+  std::copy(raw->begin(), raw->end(), hits.data());
+  return hits;
 }
 
 Result<Keyframe> readAllButImages(const v1::Keyframe& message) {
@@ -37,9 +61,10 @@ Result<Keyframe> readAllButImages(const v1::Keyframe& message) {
   keyframe.T_odom_cam = *T_odom_cam;
   keyframe.linked = message.linked();
   if (keyframe.linked) {
-    const auto T_prev_this = codec::readPose(message.t_prev_this(), "keyframe: T_prev_this");
-    if (!T_prev_this) return T_prev_this.error();
-    keyframe.T_prev_this = *T_prev_this;
+    const auto T_link_this = codec::readPose(message.t_link_this(), "keyframe: T_link_this");
+    if (!T_link_this) return T_link_this.error();
+    keyframe.T_link_this = *T_link_this;
+    keyframe.linked_to = message.has_linked_to() ? message.linked_to() : std::max(1u, keyframe.id.sequence) - 1;
     const auto information = codec::readInformation(message.information(), "keyframe: information");
     if (!information) return information.error();
     keyframe.information = *information;
@@ -61,6 +86,9 @@ Result<std::vector<uint8_t>> encodeKeyframe(const Keyframe& keyframe, int jpeg_q
              "is not of the camera's size");
   check.that(keyframe.depth.width() == width && keyframe.depth.height() == height, "depth",
              "is not of the camera's size");
+  check.that(keyframe.depth_hits.empty() ||
+                 (keyframe.depth_hits.width() == blocks(width) && keyframe.depth_hits.height() == blocks(height)),
+             "depth_hits", "has not one value a block of depth");
   if (!check.ok()) return check.error(ErrorCode::kWrongUse);
   const auto colour = encodeColour(keyframe.colour, jpeg_quality);
   if (!colour) return colour.error();
@@ -79,8 +107,13 @@ Result<std::vector<uint8_t>> encodeKeyframe(const Keyframe& keyframe, int jpeg_q
   codec::write(keyframe.T_odom_cam, message.mutable_t_odom_cam());
   message.set_linked(keyframe.linked);
   if (keyframe.linked) {
-    codec::write(keyframe.T_prev_this, message.mutable_t_prev_this());
+    codec::write(keyframe.T_link_this, message.mutable_t_link_this());
     codec::write(keyframe.information, message.mutable_information());
+    message.set_linked_to(keyframe.linked_to);
+  }
+  if (!keyframe.depth_hits.empty()) {
+    const auto hits = codec::compress({keyframe.depth_hits.data(), keyframe.depth_hits.size()}, kHitsLevel);
+    message.set_depth_hits(hits.data(), hits.size());
   }
   message.set_inlier_ratio(keyframe.inlier_ratio);
   return codec::serialise(message, "keyframe", kMaxLargeMessageBytes);
@@ -96,6 +129,9 @@ Result<Keyframe> decodeKeyframe(std::span<const uint8_t> bytes) {
   if (!depth) return Error{ErrorCode::kBadData, "keyframe: " + depth.error().text};
   auto colour = decodeColour(bytesOf(message->colour()), camera.width, camera.height);
   if (!colour) return Error{ErrorCode::kBadData, "keyframe: " + colour.error().text};
+  auto hits = readHits(message->depth_hits(), camera);
+  if (!hits) return hits.error();
+  keyframe->depth_hits = std::move(*hits);
   keyframe->depth = std::move(*depth);
   keyframe->colour = std::move(*colour);
   return keyframe;

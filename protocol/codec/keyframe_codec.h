@@ -12,7 +12,7 @@
 namespace comap {
 
 /// kWrongUse, naming the field, if a value breaks a limit or the images are not of the camera's size.
-/// T_prev_this and its information travel only if `linked`.
+/// T_link_this and its information travel only if `linked`.
 Result<std::vector<uint8_t>> encodeKeyframe(const Keyframe& keyframe, int jpeg_quality = kDefaultJpegQuality);
 /// kBadData for damaged bytes, another protocol major, or a value beyond its limit.
 Result<Keyframe> decodeKeyframe(std::span<const uint8_t> bytes);

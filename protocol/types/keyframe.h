@@ -20,21 +20,29 @@ struct FernCode {
   bool operator==(const FernCode&) const = default;
 };
 
+inline constexpr int kHitBlock = 4;
+
 struct Keyframe {
   KeyframeId id;
   int64_t stamp_ns = 0;
   CameraModel camera;
   ColourImage colour;
-  DepthImage depth;
+  DepthImage depth;  ///< the mean of the frames until the next keyframe, warped into this one
+  /// How many frames agree on the depth in each block of kHitBlock x kHitBlock pixels: the fewest of its pixels that
+  /// have depth, 0 if none has. Empty: depth is that of one frame.
+  Image<uint8_t> depth_hits;
   FernCode fern_code;
 
   /// Pose in the robot's own odometry frame, which is never rewritten.
   Pose T_odom_cam;
-  /// False for the first keyframe of a chain (start, or tracking was lost): nothing ties it to the one before.
+  /// False for the first keyframe of a chain (start, or tracking was lost): nothing ties it to an earlier one.
   bool linked = false;
-  /// Pose of this camera in the previous keyframe's camera, if linked.
-  Pose T_prev_this;
-  /// Information (inverse covariance) of T_prev_this for the left increment exp(xi) T_prev_this, order (rho, phi).
+  /// Sequence of the keyframe of the same session that it is tied to, if linked: the one before, or, where the robot
+  /// found back to a place it knew, an earlier one.
+  uint32_t linked_to = 0;
+  /// Pose of this camera in that keyframe's camera, if linked.
+  Pose T_link_this;
+  /// Information (inverse covariance) of T_link_this for the left increment exp(xi) T_link_this, order (rho, phi).
   Matrix6d information = Matrix6d::Identity();
   /// Share of reference points that agreed with the frame, 0..1.
   double inlier_ratio = 0;

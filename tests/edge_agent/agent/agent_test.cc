@@ -114,7 +114,7 @@ TEST_F(AgentTest, ShipsAChainOfKeyframesThatAddsUpToThePath) {
     EXPECT_EQ(keyframes[i].id, (KeyframeId{"r", kSession, static_cast<uint32_t>(i)}));
     EXPECT_EQ(keyframes[i].linked, i > 0);
     EXPECT_EQ(keyframes[i].fern_code.book_hash, FernBook::standard().hash());
-    if (i > 0) T_first_this = T_first_this * keyframes[i].T_prev_this;
+    if (i > 0) T_first_this = T_first_this * keyframes[i].T_link_this;
     const double walked = 0.02 * static_cast<double>(keyframes[i].stamp_ns) / 33e6;
     EXPECT_NEAR(T_first_this.translation().x(), walked, 0.001 + 0.005 * walked);  // half a percent of the path
     EXPECT_LT((T_first_this.inverse() * keyframes[i].T_odom_cam).translation().norm(), 1e-9);

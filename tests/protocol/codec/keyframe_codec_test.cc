@@ -29,7 +29,7 @@ TEST(KeyframeCodec, RoundTrip) {
     EXPECT_EQ(back->linked, keyframe.linked);
     EXPECT_EQ(back->inlier_ratio, keyframe.inlier_ratio);
     if (keyframe.linked) {
-      EXPECT_TRUE(samples::near(back->T_prev_this, keyframe.T_prev_this));
+      EXPECT_TRUE(samples::near(back->T_link_this, keyframe.T_link_this));
       EXPECT_LT((back->information - keyframe.information).norm(), 1e-9 * keyframe.information.norm());
     }
     const auto head = decodeKeyframeId(*bytes);

@@ -75,7 +75,7 @@ Keyframe keyframe(Random& random, int width, int height) {
   }
   keyframe.T_odom_cam = pose(random);
   keyframe.linked = true;
-  keyframe.T_prev_this = pose(random);
+  keyframe.T_link_this = pose(random);
   keyframe.information = information(random);
   keyframe.inlier_ratio = real(random, 0, 1);
   return keyframe;
