@@ -35,10 +35,7 @@ DepthImage roundDepth(const Image<float>& depth_m, const DepthRounding& rounding
       }
       const float exact = 1 / (z * rounding.step_per_m);
       const float off = exact - static_cast<float>(predicted);
-      // Beyond reach: the nearest value that is within it, so that a slope follows in small steps of one kind.
-      int rank = predicted;
-      if (std::abs(off) > reach)
-        rank = static_cast<int>(off > 0 ? std::ceil(exact - reach) : std::floor(exact + reach));
+      const int rank = std::abs(off) <= reach ? predicted : static_cast<int>(std::lround(exact));
       row[x] = std::max(rank, 1);
       const double units =
           kDepthUnitsPerMetre / (static_cast<double>(row[x]) * static_cast<double>(rounding.step_per_m));

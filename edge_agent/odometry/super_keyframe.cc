@@ -46,7 +46,9 @@ void Average(const WarpTask& task) {
   const size_t lanes = hn::Lanes(d);
   const auto set = [&](float value) HWY_ATTR { return hn::Set(d, value); };
   const F one = set(1), half = set(0.5f), zero = hn::Zero(d);
-  const F u_max = set(static_cast<float>(task.width - 1)), v_max = set(static_cast<float>(task.height - 1));
+  // Half a pixel belongs to the outermost ones on either side.
+  const F least = set(-0.49f), u_max = set(static_cast<float>(task.width) - 0.51f),
+          v_max = set(static_cast<float>(task.height) - 0.51f);
   const F iota = hn::ConvertTo(d, hn::Iota(di, 0));
   const float* r = task.r_cam_key;
   for (int y = 0; y < task.height; ++y) {
@@ -70,7 +72,7 @@ void Average(const WarpTask& task) {
       const F u = hn::Add(hn::Mul(hn::Mul(qx, iz), set(task.fx)), set(task.cx));
       const F v = hn::Add(hn::Mul(hn::Mul(qy, iz), set(task.fy)), set(task.cy));
       const auto visible = hn::And(
-          ahead, hn::And(hn::And(hn::Ge(u, zero), hn::Ge(v, zero)), hn::And(hn::Le(u, u_max), hn::Le(v, v_max))));
+          ahead, hn::And(hn::And(hn::Ge(u, least), hn::Ge(v, least)), hn::And(hn::Le(u, u_max), hn::Le(v, v_max))));
       const auto un = hn::ConvertTo(di, hn::Add(hn::IfThenElseZero(visible, u), half));
       const auto vn = hn::ConvertTo(di, hn::Add(hn::IfThenElseZero(visible, v), half));
       const F live = hn::GatherIndex(d, task.depth_m, hn::Add(hn::Mul(vn, hn::Set(di, task.width)), un));

@@ -116,7 +116,7 @@ void describeConstraints(const Constraints& constraints, const AlignmentOptions&
   result.free_directions = constraints.free;
   Vector6d information = values.cwiseMax(0) / options.information_deflation;
   for (int i = 0; i < constraints.free; ++i)
-    information(i) = std::min(information(i), 1 / (options.free_sigma * options.free_sigma));
+    information(i) = 1 / (options.free_sigma * options.free_sigma);
   const Matrix6d scaled = directions * information.asDiagonal() * directions.transpose();
   result.information = depthScaled(scaled, 1 / constraints.depth_m);
   result.information = 0.5 * (result.information + result.information.transpose()).eval();

@@ -47,8 +47,11 @@ Step OurOdometry::step(const Frame& frame) {
   }
   if (!reason.empty()) {
     const Part part(probe_, "keyframe");
-    odometry_.makeKeyframe();
+    odometry_.makeKeyframe(tracked);
     frames_since_keyframe_ = 0;
+  } else {
+    const Part part(probe_, "average");
+    odometry_.addToKeyframe(tracked);
   }
   step.cpu_ms = threadCpu_ms() - cpu;
   step.wall_ms = wall_ms() - wall;

@@ -6,6 +6,7 @@
 
 #include "edge_agent/keyframes/keyframe_selector.h"
 #include "tests/scenes/scene.h"
+#include "tests/scenes/scene_noise.h"
 
 namespace comap {
 namespace {
@@ -44,9 +45,11 @@ class Robot {
     EXPECT_TRUE(tracked.alignment.information.allFinite());
     ++since_;
     if (!keyframeReason(tracked, since_, medianDepth(frame.depth), state_, {}).empty()) {
-      odometry_.makeKeyframe();
+      odometry_.makeKeyframe(tracked);
       since_ = 0;
       ++keyframes_;
+    } else {
+      odometry_.addToKeyframe(tracked);
     }
     state_ = tracked.state;
     return tracked;
@@ -147,13 +150,98 @@ TEST(VisualOdometry, aJumpIsNotBelieved) {
   EXPECT_LT((tracked.T_odom_cam.translation() - before.translation()).norm(), 0.03) << "it coasts instead";
 }
 
-TEST(VisualOdometry, aBareWallIsPoor) {
+Frame noisy(Frame frame, int seed) {
+  addKinectNoise(frame, static_cast<uint64_t>(seed));
+  return frame;
+}
+
+// How much of a unit direction, translation in metres at `depth_m`, the information leaves open: sigma along it.
+double sigmaAlong(const Matrix6d& information, const Vector6d& direction) {
+  return std::sqrt(direction.dot((information + 1e-6 * Matrix6d::Identity()).inverse() * direction));
+}
+
+// Sensor noise tilts normals and makes gradients; neither may be taken for something to hold on to.
+TEST(VisualOdometry, aBareWallIsPoorInItsThreeFreeDirections) {
+  for (const bool with_noise : {false, true}) {
+    SCOPED_TRACE(with_noise ? "with noise" : "clean");
+    Robot robot;
+    const Scene wall = Scene::plainPlane({0, 0, 2}, {0, 0, -1});
+    for (int i = 0; i < 12; ++i) {
+      Frame frame = wall.render(kinectCamera(), Pose(Eigen::Quaterniond::Identity(), {0.005 * i, 0, 0}));
+      if (with_noise) frame = noisy(frame, i + 1);
+      const TrackedFrame tracked = robot.see(frame);
+      if (i == 0) continue;
+      EXPECT_EQ(tracked.state, TrackingState::kPoor) << "frame " << i;
+      EXPECT_TRUE(tracked.degenerate);
+      EXPECT_EQ(tracked.alignment.free_directions, 3) << "frame " << i;
+      const Matrix6d& information = tracked.alignment.information;
+      // Along the wall and about its normal nothing is known; towards it and about the other axes all is.
+      for (const int open : {0, 1, 5}) EXPECT_GT(sigmaAlong(information, Vector6d::Unit(open)), 0.05) << open;
+      for (const int held : {2, 3, 4}) EXPECT_LT(sigmaAlong(information, Vector6d::Unit(held)), 0.01) << held;
+    }
+  }
+}
+
+TEST(VisualOdometry, aCorridorIsPoorAlongItself) {
+  for (const bool with_noise : {false, true}) {
+    SCOPED_TRACE(with_noise ? "with noise" : "clean");
+    Robot robot;
+    const Scene corridor = Scene::corridor();
+    for (int i = 0; i < 8; ++i) {
+      Frame frame = corridor.render(kinectCamera(), Pose(Eigen::Quaterniond::Identity(), {0, 0, 0.01 * i}));
+      if (with_noise) frame = noisy(frame, i + 1);
+      const TrackedFrame tracked = robot.see(frame);
+      if (i == 0) continue;
+      EXPECT_EQ(tracked.state, TrackingState::kPoor) << "frame " << i;
+      EXPECT_EQ(tracked.alignment.free_directions, 1) << "frame " << i;
+      EXPECT_GT(sigmaAlong(tracked.alignment.information, Vector6d::Unit(2)), 0.05);
+      for (const int held : {0, 1, 3, 4, 5})
+        EXPECT_LT(sigmaAlong(tracked.alignment.information, Vector6d::Unit(held)), 0.02) << held;
+    }
+  }
+}
+
+// What is only partly determined is poor, however long it lasts, but not lost.
+TEST(VisualOdometry, aLongWayAlongAWallKeepsTheChain) {
+  const OdometryOptions options;
+  Robot robot(options);
+  const Scene wall = Scene::plainPlane({0, 0, 2}, {0, 0, -1});
+  for (int i = 0; i < 2 * options.lost_after; ++i) {
+    const TrackedFrame tracked = robot.see(wall.render(kinectCamera(), Pose()));
+    EXPECT_NE(tracked.state, TrackingState::kLost) << "frame " << i;
+    EXPECT_EQ(tracked.first, i == 0);
+  }
+}
+
+TEST(VisualOdometry, aTexturedRoomIsDeterminedInAllDirectionsUnderNoise) {
   Robot robot;
-  const Frame wall = Scene::plainPlane({0, 0, 2}, {0, 0, -1}).render(kinectCamera(), Pose());
-  robot.see(wall);
-  const TrackedFrame tracked = robot.see(wall);
-  EXPECT_EQ(tracked.state, TrackingState::kPoor);
-  EXPECT_LT(tracked.T_odom_cam.translation().norm(), 0.001);
+  for (int i = 0; i < 20; ++i) {
+    const TrackedFrame tracked = robot.see(noisy(view(i), i + 1));
+    EXPECT_EQ(tracked.state, TrackingState::kOk) << "frame " << i;
+    EXPECT_EQ(tracked.alignment.free_directions, 0) << "frame " << i;
+  }
+}
+
+// 12 degrees from one frame to the next after standing still: constant velocity foresees nothing of it.
+TEST(VisualOdometry, aSuddenTurnIsFollowedByThePictureAlone) {
+  OdometryOptions options;
+  Robot robot(options);
+  const Scene room = Scene::room();
+  for (int i = 0; i < 4; ++i) robot.see(room.render(kinectCamera(), Pose()));
+  const Pose turned(Eigen::Quaterniond(Eigen::AngleAxisd(12 * kDegree, Eigen::Vector3d::UnitY())), {0.01, 0, 0});
+  const TrackedFrame tracked = robot.see(room.render(kinectCamera(), turned));
+  EXPECT_EQ(tracked.state, TrackingState::kOk);
+  const Pose error = turned.inverse() * tracked.T_odom_cam;
+  EXPECT_LT(error.translation().norm(), 0.01);
+  EXPECT_LT(error.angle(), 0.3 * kDegree);
+}
+
+// The geometry of another room may fit; its picture does not.
+TEST(VisualOdometry, aRoomOfTheSameShapeWithOtherPicturesIsPoor) {
+  Robot robot;
+  for (int i = 0; i < 5; ++i) robot.see(view(i));
+  const TrackedFrame tracked = robot.see(Scene::room(2).render(kinectCamera(), walk(5)));
+  EXPECT_NE(tracked.state, TrackingState::kOk);
 }
 
 }  // namespace

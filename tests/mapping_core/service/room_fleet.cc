@@ -37,6 +37,7 @@ Keyframe roomKeyframe(char robot, uint32_t sequence) {
   Vector6d error;
   for (int i = 0; i < 6; ++i) error(i) = noise(engine);
   keyframe.linked = true;
+  keyframe.linked_to = sequence - 1;
   keyframe.T_link_this = T_world_cam(robot, sequence - 1).inverse() * T_world_cam(robot, sequence) * Pose::exp(error);
   keyframe.information = Matrix6d::Identity() * 1e5;
   keyframe.inlier_ratio = 0.95;

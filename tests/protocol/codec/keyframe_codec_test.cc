@@ -23,12 +23,14 @@ TEST(KeyframeCodec, RoundTrip) {
     EXPECT_EQ(back->stamp_ns, keyframe.stamp_ns);
     EXPECT_EQ(back->camera, keyframe.camera);
     EXPECT_TRUE(back->depth == keyframe.depth);
+    EXPECT_TRUE(back->depth_hits == keyframe.depth_hits);
     EXPECT_EQ(back->colour.width(), keyframe.camera.width);
     EXPECT_EQ(back->fern_code, keyframe.fern_code);
     EXPECT_TRUE(samples::near(back->T_odom_cam, keyframe.T_odom_cam));
     EXPECT_EQ(back->linked, keyframe.linked);
     EXPECT_EQ(back->inlier_ratio, keyframe.inlier_ratio);
     if (keyframe.linked) {
+      EXPECT_EQ(back->linked_to, keyframe.linked_to);
       EXPECT_TRUE(samples::near(back->T_link_this, keyframe.T_link_this));
       EXPECT_LT((back->information - keyframe.information).norm(), 1e-9 * keyframe.information.norm());
     }
@@ -51,6 +53,8 @@ TEST(KeyframeCodec, RefusesWhatBreaksALimit) {
   EXPECT_THAT(refusal([](Keyframe& k) { k.id.robot = "No"; }), HasSubstr("keyframe: id.robot"));
   EXPECT_THAT(refusal([](Keyframe& k) { k.camera.width = 65; }), HasSubstr("colour is not of the camera's size"));
   EXPECT_THAT(refusal([](Keyframe& k) { k.depth = DepthImage(48, 64); }), HasSubstr("depth is not of the camera's"));
+  EXPECT_THAT(refusal([](Keyframe& k) { k.depth_hits = Image<uint8_t>(3, 3); }), HasSubstr("depth_hits has not one"));
+  EXPECT_THAT(refusal([](Keyframe& k) { k.linked_to = k.id.sequence; }), HasSubstr("linked_to is"));
   EXPECT_THAT(refusal([](Keyframe& k) { k.camera.fx = 0; }), HasSubstr("camera.fx is 0"));
   EXPECT_THAT(refusal([](Keyframe& k) { k.camera.cy = std::nan(""); }), HasSubstr("camera.cy"));
   EXPECT_THAT(refusal([](Keyframe& k) { k.inlier_ratio = 1.1; }), HasSubstr("inlier_ratio"));

@@ -74,7 +74,11 @@ Keyframe keyframe(Random& random, int width, int height) {
     code = uniform(random, 0, 9) == 0 ? FernCode::kBad : static_cast<uint8_t>(uniform(random, 0, 15));
   }
   keyframe.T_odom_cam = pose(random);
+  keyframe.depth_hits = Image<uint8_t>((width + kHitBlock - 1) / kHitBlock, (height + kHitBlock - 1) / kHitBlock);
+  for (size_t i = 0; i < keyframe.depth_hits.size(); ++i)
+    keyframe.depth_hits.data()[i] = static_cast<uint8_t>(uniform(random, 0, 15));
   keyframe.linked = true;
+  keyframe.linked_to = static_cast<uint32_t>(uniform(random, 0, static_cast<int>(keyframe.id.sequence) - 1));
   keyframe.T_link_this = pose(random);
   keyframe.information = information(random);
   keyframe.inlier_ratio = real(random, 0, 1);
