@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
-#include <utility>
 
 #include "mapping_core/rgbd/constraints.h"
 
@@ -15,6 +13,7 @@ namespace {
 
 constexpr float kHuber = 1.345f;  // of photometric residuals, in their own scale
 constexpr size_t kFewestPoints = 60;
+constexpr double kHopeless = 1e-4;       // weaker directions would only be pushed about by rounding and noise
 constexpr float kGradientNoise = 10.6f;  // squares of gradients up to so many variances of grey are noise
 constexpr size_t kSampled = 3;           // one point in so many tells which directions are determined
 
@@ -79,9 +78,14 @@ Brightness fitBrightness(const ReferencePoints& points, const Brightness& used, 
   return {static_cast<float>(gain), static_cast<float>(my - gain * mx)};
 }
 
-Matrix6d depthScaled(const Matrix6d& a, double depth_m) {
+Vector6d depthScale(double depth_m) {
   Vector6d scale;
   scale << depth_m, depth_m, depth_m, 1, 1, 1;
+  return scale;
+}
+
+Matrix6d depthScaled(const Matrix6d& a, double depth_m) {
+  const Vector6d scale = depthScale(depth_m);
   return scale.asDiagonal() * a * scale.asDiagonal();
 }
 
@@ -96,12 +100,20 @@ struct Constraints {
   }
 };
 
+// The pose without what the solver did in directions that nothing determines: there it followed noise.
+Pose keepGuessWhereFree(const Constraints& constraints, const Pose& T_guess, const Pose& T_solved) {
+  if (constraints.free == 0) return T_solved;
+  const Vector6d scale = depthScale(constraints.depth_m);
+  Vector6d increment = (T_solved * T_guess.inverse()).log().cwiseQuotient(scale);
+  const auto free = constraints.eigen.eigenvectors().leftCols(constraints.free);
+  increment -= free * (free.transpose() * increment).eval();
+  return Pose::exp(increment.cwiseProduct(scale)) * T_guess;
+}
+
 // Gauss-Newton step within the determined directions.
 Vector6d solveConstrained(const NormalEquations& sums, const Constraints& constraints) {
-  Vector6d scale;
-  scale << constraints.depth_m, constraints.depth_m, constraints.depth_m, 1, 1, 1;
   const Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 6> basis =
-      scale.asDiagonal() * constraints.eigen.eigenvectors().rightCols(6 - constraints.free);
+      depthScale(constraints.depth_m).asDiagonal() * constraints.eigen.eigenvectors().rightCols(6 - constraints.free);
   if (basis.cols() == 0) return Vector6d::Zero();
   const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6> a = basis.transpose() * sums.a * basis;
   const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> b = basis.transpose() * sums.b;
@@ -115,8 +127,7 @@ void describeConstraints(const Constraints& constraints, const AlignmentOptions&
   result.weakest_direction = directions.col(0);
   result.free_directions = constraints.free;
   Vector6d information = values.cwiseMax(0) / options.information_deflation;
-  for (int i = 0; i < constraints.free; ++i)
-    information(i) = 1 / (options.free_sigma * options.free_sigma);
+  for (int i = 0; i < constraints.free; ++i) information(i) = 1 / (options.free_sigma * options.free_sigma);
   const Matrix6d scaled = directions * information.asDiagonal() * directions.transpose();
   result.information = depthScaled(scaled, 1 / constraints.depth_m);
   result.information = 0.5 * (result.information + result.information.transpose()).eval();
@@ -142,7 +153,6 @@ Alignment align(const ReferenceView& reference, const Pyramid& frame, const Pose
     ResidualCounts counts;
     NormalEquations sums;
     double depth = 1;
-    std::optional<Constraints> constraints;
     float photometric_median = 255;
     for (int i = 0; i < iterations; ++i) {
       counts = evaluateResiduals(points, level, result.T_ref_cur, gates, brightness, options.noise, residuals);
@@ -150,15 +160,12 @@ Alignment align(const ReferenceView& reference, const Pyramid& frame, const Pose
       photometric_median = medianAbsolutePhotometric(size, residuals);
       const float scale = std::clamp(1.4826f * photometric_median, 3.0f, 20.0f);
       const Brightness next = fitBrightness(points, brightness, scale, residuals);
-      weighPhotometric(size,
-                       {scale, kHuber, options.photometric_weight, kGradientNoise * squareOfNoise(points, residuals)},
-                       residuals);
+      // Residuals tell of noise only where the views lie right on each other.
+      const float noise_square = l + 1 == levels ? squareOfNoise(points, residuals) : 0;
+      weighPhotometric(size, {scale, kHuber, options.photometric_weight, kGradientNoise * noise_square}, residuals);
       sums = sumNormalEquations(size, residuals);
       if (counts.inliers > 0) depth = counts.depth_sum / static_cast<double>(counts.inliers);
-      if (i == 0)
-        constraints.emplace(sumConstraints(points, level, result.T_ref_cur, options.noise, residuals, kSampled), depth,
-                            options.weak_ratio);
-      const Vector6d step = solveConstrained(sums, *constraints);
+      const Vector6d step = solveConstrained(sums, Constraints(sums.a, depth, kHopeless));
       if (!step.allFinite()) return result;
       result.T_ref_cur = Pose::exp(step) * result.T_ref_cur;
       brightness = next;
@@ -170,9 +177,10 @@ Alignment align(const ReferenceView& reference, const Pyramid& frame, const Pose
     const auto share = [](size_t part, size_t whole) {
       return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
     };
-    describeConstraints(Constraints(sumConstraints(points, level, result.T_ref_cur, options.noise, residuals, 1), depth,
-                                    options.weak_ratio),
-                        options, result);
+    const Constraints constraints(sumConstraints(points, level, result.T_ref_cur, options.noise, residuals), depth,
+                                  options.weak_ratio);
+    result.T_ref_cur = keepGuessWhereFree(constraints, T_guess, result.T_ref_cur);
+    describeConstraints(constraints, options, result);
     result.inlier_ratio = share(counts.inliers, counts.compared);
     result.overlap = share(counts.visible, points.count);
     result.rms_sigma =

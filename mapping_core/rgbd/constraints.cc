@@ -14,14 +14,14 @@ using Sum = Eigen::Matrix<float, 6, 6>;
 }  // namespace
 
 Matrix6d sumConstraints(const ReferencePoints& points, const PyramidLevel& frame, const Pose& T_ref_cur,
-                        const DepthNoiseModel& noise, const PointResiduals& residuals, size_t stride) {
+                        const DepthNoiseModel& noise, const PointResiduals& residuals) {
   const Eigen::Matrix3f r_rc = T_ref_cur.rotationMatrix().cast<float>();
   const Eigen::Vector3f t_rc = T_ref_cur.translation().cast<float>();
   const float fx = static_cast<float>(frame.camera.fx), fy = static_cast<float>(frame.camera.fy);
   const float cx = static_cast<float>(frame.camera.cx), cy = static_cast<float>(frame.camera.cy);
   const int reach = normalReach(points.level);
   Sum sum = Sum::Zero();
-  for (size_t i = 0; i < points.count; i += stride) {
+  for (size_t i = 0; i < points.count; ++i) {
     if (residuals.wg[i] == 0 && residuals.wp[i] == 0) continue;
     const Eigen::Vector3f p(points.x[i], points.y[i], points.z[i]);
     const Eigen::Vector3f q = r_rc.transpose() * (p - t_rc);
@@ -42,7 +42,7 @@ Matrix6d sumConstraints(const ReferencePoints& points, const PyramidLevel& frame
     const Row6<float> a = geometricJacobian<float>(p, n_ref), b = geometricJacobian<float>(p, n_cur);
     sum += (0.5f * residuals.wg[i] / variance) * (a.transpose() * b + b.transpose() * a);
   }
-  return sum.cast<double>() * static_cast<double>(stride);
+  return sum.cast<double>();
 }
 
 }  // namespace comap

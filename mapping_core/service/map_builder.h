@@ -147,7 +147,7 @@ class MapBuilder {
   MatchVerifier verifier_;
   KeyframeViewCache views_;
   std::map<KeyframeId, Sketch> sketches_;  // of keyframes seen since the start; others are made when asked for
-  AlignmentWorkspace tie_workspace_;
+  PointResiduals tie_workspace_;
   // Ties that were tried, and the relative pose from which: places in edges_ if they held.
   struct Tie {
     Pose T_from_to;

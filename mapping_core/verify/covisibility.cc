@@ -37,7 +37,7 @@ std::vector<size_t> covisibleWith(const PlacedSketch& query, std::span<const Pla
 }
 
 std::optional<Edge> alignCovisible(const KeyframeView& from, const KeyframeView& to, const Pose& T_from_to,
-                                   const CovisibilityOptions& options, AlignmentWorkspace& workspace) {
+                                   const CovisibilityOptions& options, PointResiduals& workspace) {
   AlignmentOptions alignment;
   alignment.noise = options.noise;
   alignment.iterations = {8, 8};

@@ -35,6 +35,6 @@ std::vector<size_t> covisibleWith(const PlacedSketch& query, std::span<const Pla
 /// Measures the pose between two keyframes of one map, from T_from_to as the map has it. The mean of both ways, so that
 /// neither's borders count alone; nothing if it is not well determined. Thread rule: `workspace` is of one thread.
 std::optional<Edge> alignCovisible(const KeyframeView& from, const KeyframeView& to, const Pose& T_from_to,
-                                   const CovisibilityOptions& options, AlignmentWorkspace& workspace);
+                                   const CovisibilityOptions& options, PointResiduals& workspace);
 
 }  // namespace comap

@@ -156,7 +156,7 @@ TEST(Constraints, noiseOnAWallHoldsNothing) {
   PointResiduals residuals;
   evaluateResiduals(points, pair.frame[1], kT_ref_cur, {}, {}, {}, residuals);
   residuals.wp.assign(residuals.wp.size(), 0);
-  const Matrix6d shared = sumConstraints(points, pair.frame[1], kT_ref_cur, {}, residuals, 1);
+  const Matrix6d shared = sumConstraints(points, pair.frame[1], kT_ref_cur, {}, residuals);
   const Matrix6d naive = sumNormalEquations(points.x.size(), residuals).a;
   EXPECT_LT(weakest(shared), 0.2 * weakest(naive));
 }
@@ -167,7 +167,7 @@ TEST(Constraints, ofACleanRoomAreThoseOfTheNormalEquations) {
   PointResiduals residuals;
   evaluateResiduals(points, pair.frame[1], kT_ref_cur, {}, {}, {}, residuals);
   residuals.wp.assign(residuals.wp.size(), 0);
-  const Matrix6d shared = sumConstraints(points, pair.frame[1], kT_ref_cur, {}, residuals, 1);
+  const Matrix6d shared = sumConstraints(points, pair.frame[1], kT_ref_cur, {}, residuals);
   const Matrix6d naive = sumNormalEquations(points.x.size(), residuals).a;
   EXPECT_LT((shared - naive).norm(), 0.1 * naive.norm());
 }

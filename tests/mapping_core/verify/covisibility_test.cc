@@ -77,7 +77,7 @@ TEST(Covisibility, measuresThePoseFromOneThatIsWrongByCentimetres) {
   const Pose truth = at(0, 0).inverse() * at(0.08, 20);
   const Pose wrong =
       truth * Pose(Eigen::Quaterniond(Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitY())), {0.02, 0, 0.01});
-  AlignmentWorkspace workspace;
+  PointResiduals workspace;
   const auto edge = alignCovisible(*views[0], *views[1], wrong, {}, workspace);
   ASSERT_TRUE(edge);
   EXPECT_EQ(edge->kind, EdgeKind::kCovisibility);
@@ -92,7 +92,7 @@ TEST(Covisibility, measuresThePoseFromOneThatIsWrongByCentimetres) {
 TEST(Covisibility, whatTheMapDoesNotExplainIsNoTie) {
   const auto& views = panned().views;
   const Pose truth = at(0, 0).inverse() * at(0.08, 20);
-  AlignmentWorkspace workspace;
+  PointResiduals workspace;
   const Pose far = truth * Pose(Eigen::Quaterniond::Identity(), {0.09, 0, 0});
   EXPECT_FALSE(alignCovisible(*views[0], *views[1], far, {}, workspace));
 }
@@ -105,7 +105,7 @@ TEST(Covisibility, aBareWallIsNoTie) {
   const auto view = makeKeyframeView(keyframe, 6, {});
   keyframe.id.sequence = 1;
   const auto other = makeKeyframeView(keyframe, 6, {});
-  AlignmentWorkspace workspace;
+  PointResiduals workspace;
   EXPECT_FALSE(alignCovisible(*view, *other, {}, {}, workspace)) << "three directions are open";
 }
 

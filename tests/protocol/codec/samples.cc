@@ -55,6 +55,7 @@ Tile tile(Random& random, size_t surfels) {
 Keyframe keyframe(Random& random, int width, int height) {
   Keyframe keyframe;
   keyframe.id = id(random);
+  keyframe.id.sequence = std::max(1u, keyframe.id.sequence);  // a linked one is not the first
   keyframe.stamp_ns = static_cast<int64_t>(random());
   keyframe.camera = {real(random, 100, 900), real(random, 100, 900), width / 2.0, height / 2.0, width, height};
   keyframe.colour = ColourImage(width, height);
@@ -78,7 +79,7 @@ Keyframe keyframe(Random& random, int width, int height) {
   for (size_t i = 0; i < keyframe.depth_hits.size(); ++i)
     keyframe.depth_hits.data()[i] = static_cast<uint8_t>(uniform(random, 0, 15));
   keyframe.linked = true;
-  keyframe.linked_to = static_cast<uint32_t>(uniform(random, 0, static_cast<int>(keyframe.id.sequence) - 1));
+  keyframe.linked_to = static_cast<uint32_t>(random()) % keyframe.id.sequence;
   keyframe.T_link_this = pose(random);
   keyframe.information = information(random);
   keyframe.inlier_ratio = real(random, 0, 1);
