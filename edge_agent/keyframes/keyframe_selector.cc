@@ -1,7 +1,7 @@
 #include "edge_agent/keyframes/keyframe_selector.h"
 
 #include <algorithm>
-#include <vector>
+#include <array>
 
 namespace comap {
 
@@ -20,14 +20,18 @@ std::string_view keyframeReason(const TrackedFrame& tracked, int frames_since, d
 }
 
 double medianDepth(const DepthImage& depth) {
-  std::vector<uint16_t> samples;
-  samples.reserve(depth.size() / 64 + 1);
-  for (int y = 0; y < depth.height(); y += 8)
-    for (int x = 0; x < depth.width(); x += 8)
-      if (depth.at(x, y) != 0) samples.push_back(depth.at(x, y));
-  if (samples.empty()) return 0;
-  const auto middle = samples.begin() + static_cast<long>(samples.size() / 2);
-  std::nth_element(samples.begin(), middle, samples.end());
+  // A fixed number of samples at most, so that nothing is allocated per frame.
+  std::array<uint16_t, 4800> samples;
+  int step = 1;
+  while (((depth.width() + step - 1) / step) * ((depth.height() + step - 1) / step) > static_cast<int>(samples.size()))
+    ++step;
+  size_t count = 0;
+  for (int y = 0; y < depth.height(); y += step)
+    for (int x = 0; x < depth.width(); x += step)
+      if (depth.at(x, y) != 0) samples[count++] = depth.at(x, y);
+  if (count == 0) return 0;
+  const auto middle = samples.begin() + static_cast<long>(count / 2);
+  std::nth_element(samples.begin(), middle, samples.begin() + static_cast<long>(count));
   return *middle / kDepthUnitsPerMetre;
 }
 

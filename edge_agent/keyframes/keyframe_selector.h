@@ -19,7 +19,7 @@ struct KeyframeOptions {
 std::string_view keyframeReason(const TrackedFrame& tracked, int frames_since, double median_depth_m,
                                 TrackingState previous_state, const KeyframeOptions& options);
 
-/// Median of the valid depths, metres; 0 if there are none. Samples every 8th pixel of every 8th row.
+/// Median of the valid depths, metres; 0 if there are none. From at most 4800 pixels on a grid.
 double medianDepth(const DepthImage& depth);
 
 }  // namespace comap

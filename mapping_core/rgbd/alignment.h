@@ -20,7 +20,7 @@ struct AlignmentOptions {
   /// Added to sigma at the coarsest level, nothing at the finest: lets the robust weights pull from afar when the guess
   /// is poor. Residual statistics of the finest level are not touched.
   float coarse_extra_sigma_m = 0;
-  float photometric_weight = 0.3f;   ///< grey residuals are correlated, depth ones less so
+  float photometric_weight = 0.28f;   ///< grey residuals are correlated, depth ones less so
   float information_deflation = 50;  ///< neighbouring pixels are not independent
   double stop_m = 2e-5, stop_rad = 2e-5;
   double weak_ratio = 6e-4;  ///< directions with less than this share of the strongest are free: they keep the guess
