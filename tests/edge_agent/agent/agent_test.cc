@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "protocol/codec/codec.h"
 #include "protocol/link/loopback_link.h"
 #include "tests/scenes/scene.h"
@@ -12,7 +14,8 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// A walk along x, with blanks (no depth, black) where asked and a damaged frame where asked.
+// A walk along x, with blanks (no depth, black) where asked and a damaged frame where asked. After the blank it goes on
+// where it was, or, carried off, from the start once more.
 class WalkSource final : public FrameSource {
  public:
   WalkSource(int frames, int blank_from, int blank_to, int damaged)
@@ -22,7 +25,8 @@ class WalkSource final : public FrameSource {
     const int i = next_++;
     if (i >= frames_) return std::optional<Frame>();
     if (i == damaged_) return Error{ErrorCode::kBadData, "frame 7 is damaged"};
-    const Pose T_world_cam(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.02 * i, 0, 0));
+    const int step = carried_off && i >= blank_to_ ? i - blank_to_ : i;
+    const Pose T_world_cam(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.02 * step, 0, 0));
     Frame frame = scene_.render(smallCamera(), T_world_cam, i * 33'000'000ll);
     if (i >= blank_from_ && i < blank_to_) {
       frame.colour = ColourImage(frame.colour.width(), frame.colour.height());
@@ -32,6 +36,8 @@ class WalkSource final : public FrameSource {
   }
   size_t size() const override { return static_cast<size_t>(frames_); }
   std::string description() const override { return "walk"; }
+
+  bool carried_off = false;
 
  private:
   Scene scene_ = Scene::room();
@@ -130,6 +136,7 @@ TEST_F(AgentTest, SendsNothingBeforeTheCoreHasAnswered) {
   Agent agent = makeAgent(source);
   ASSERT_TRUE(agent.hello());
   ASSERT_TRUE(agent.takeFrame());
+  ASSERT_TRUE(agent.closeKeyframe());
   ASSERT_TRUE(agent.exchange(milliseconds(0)));
   while (auto delivery = core_->receive(milliseconds(0))) EXPECT_NE(delivery->topic, Topic::kKeyframe);
   acknowledge(0);
@@ -155,6 +162,7 @@ TEST_F(AgentTest, PausesWhenTheCoreDoesNotAcknowledge) {
 }
 
 TEST_F(AgentTest, ALongBlackoutStartsANewChainAndIsTold) {
+  config_.recovery.patience_frames = 0;
   WalkSource source(60, 20, 40, -1);
   Agent agent = makeAgent(source);
   const auto keyframes = play(agent);
@@ -170,6 +178,45 @@ TEST_F(AgentTest, ALongBlackoutStartsANewChainAndIsTold) {
   EXPECT_TRUE(told);
   // Lost frames stand nowhere and are in no trajectory.
   EXPECT_EQ(frames_.size(), 60u - agent.statistics().lost_frames);
+}
+
+// Covered up, carried to a place it has seen, uncovered: no operator, no new map.
+TEST_F(AgentTest, CarriedOffToAKnownPlaceItFindsBack) {
+  WalkSource source(70, 30, 45, -1);
+  source.carried_off = true;
+  Agent agent = makeAgent(source);
+  const auto keyframes = play(agent);
+  EXPECT_EQ(agent.statistics().relocalised, 1u);
+  EXPECT_EQ(agent.statistics().chains, 1u);
+  size_t back = 0;
+  for (size_t i = 1; i < keyframes.size(); ++i) {
+    EXPECT_TRUE(keyframes[i].linked) << i;
+    if (keyframes[i].linked_to + 1 == i) continue;
+    ++back;
+    const double at = 0.02 * (static_cast<double>(keyframes[i].stamp_ns) / 33e6 - 45);
+    EXPECT_NEAR(keyframes[i].T_odom_cam.translation().x(), at, 0.01) << "in the frame of before";
+    const Pose T_odom_link = keyframes[keyframes[i].linked_to].T_odom_cam;
+    EXPECT_LT((T_odom_link * keyframes[i].T_link_this).translation().x() - keyframes[i].T_odom_cam.translation().x(),
+              1e-6);
+  }
+  EXPECT_EQ(back, 1u);
+  // At most the blank and a few frames to make sure of the place.
+  EXPECT_LE(agent.statistics().lost_frames, 10u);
+}
+
+TEST_F(AgentTest, KeyframesCarryTheMeanOfTheirWindow) {
+  WalkSource source(40, 0, 0, -1);
+  Agent agent = makeAgent(source);
+  const auto keyframes = play(agent);
+  ASSERT_GE(keyframes.size(), 3u);
+  for (size_t i = 0; i + 1 < keyframes.size(); ++i) {
+    const auto frames = static_cast<int>((keyframes[i + 1].stamp_ns - keyframes[i].stamp_ns) / 33'000'000);
+    const Image<uint8_t>& hits = keyframes[i].depth_hits;
+    ASSERT_EQ(hits.width(), keyframes[i].depth.width() / kHitBlock);
+    int most = 0;
+    for (size_t k = 0; k < hits.size(); ++k) most = std::max<int>(most, hits.data()[k]);
+    EXPECT_EQ(most, frames) << i;
+  }
 }
 
 TEST_F(AgentTest, ADamagedFrameIsCountedAndPassedOver) {
