@@ -76,9 +76,9 @@ TEST(KeyframeSelector, lostOverlap) {
   EXPECT_EQ(reasonOf(tracked), "");
 }
 
-TEST(KeyframeSelector, afterFifteenFramesAtTheLatest) {
-  EXPECT_EQ(reasonOf(calm(), 14), "");
-  EXPECT_EQ(reasonOf(calm(), 15), "frames");
+TEST(KeyframeSelector, afterThirtyFramesAtTheLatest) {
+  EXPECT_EQ(reasonOf(calm(), 29), "");
+  EXPECT_EQ(reasonOf(calm(), 30), "frames");
 }
 
 TEST(MedianDepth, ofValidPixelsOnly) {
