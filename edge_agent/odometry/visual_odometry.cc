@@ -30,14 +30,17 @@ TrackedFrame VisualOdometry::track(const Frame& frame) {
   if (!attempt.good) {
     // Constant velocity was perhaps a bad guess: the picture alone tells how far the camera has turned.
     const Attempt turned = alignFrom(predictByRotation(T_odom_predicted));
-    if (turned.good || (turned.believable && !attempt.believable)) attempt = turned;
+    if (turned.good) attempt = turned;
   }
   tracked.alignment = attempt.alignment;
-  tracked.aligned = attempt.believable;
-  tracked.degenerate = attempt.alignment.solved && attempt.alignment.free_directions > 0;
-  if (attempt.believable) {
+  // A pose that does not pass the gates is a wrong one more often than not: it must move neither the robot nor the
+  // prediction, and no keyframe may stand on it.
+  tracked.aligned = attempt.good;
+  tracked.degenerate = attempt.good && attempt.alignment.free_directions > 0;
+  if (attempt.good) {
     tracked.T_odom_cam = T_odom_keyframe_ * attempt.alignment.T_ref_cur;
     velocity_ = (T_odom_last_.inverse() * tracked.T_odom_cam).log();
+    if (tracked.degenerate) velocity_ *= 0.9;  // partly a guess that would feed itself
   } else {
     tracked.T_odom_cam = T_odom_predicted;
     velocity_ *= 0.5;  // coast, and come to rest rather than fly off
@@ -68,8 +71,10 @@ VisualOdometry::Attempt VisualOdometry::alignFrom(const Pose& T_odom_guess) {
   const Pose jump = T_odom_guess.inverse() * T_odom_keyframe_ * a.T_ref_cur;
   attempt.believable = a.solved && a.T_ref_cur.isFinite() && jump.translation().norm() < options_.jump_m &&
                        jump.angle() < options_.jump_rad;
-  attempt.good = attempt.believable && a.inlier_ratio >= options_.poor_inlier_ratio &&
-                 a.rms_sigma <= options_.poor_rms_sigma && a.photometric_median <= options_.poor_photometric;
+  attempt.good =
+      attempt.believable &&
+      a.inlier_ratio >= (a.free_directions > 0 ? options_.poor_free_inlier_ratio : options_.poor_inlier_ratio) &&
+      a.rms_sigma <= options_.poor_rms_sigma && a.photometric_median <= options_.poor_photometric;
   return attempt;
 }
 

@@ -22,6 +22,7 @@ struct OdometryOptions {
   RotationOptions rotation;
   float inherited_frames = 4;  ///< as how many frames a keyframe's depth counts in the next one's
   double poor_inlier_ratio = 0.5;
+  double poor_free_inlier_ratio = 0.8;  ///< the same where directions are free: little is left that could contradict
   double poor_rms_sigma = 1.5;
   double poor_photometric = 20;            ///< grey levels: geometry may fit where the picture does not
   double jump_m = 0.15, jump_rad = 0.175;  ///< against constant velocity; more is not believed

@@ -236,6 +236,34 @@ TEST(VisualOdometry, aSuddenTurnIsFollowedByThePictureAlone) {
   EXPECT_LT(error.angle(), 0.3 * kDegree);
 }
 
+// Frames that do not fit must leave no trace: neither in the pose nor in where the next frame is looked for.
+TEST(VisualOdometry, aWallHeldBeforeTheCameraMovesNothing) {
+  for (const int frames : {1, 8}) {
+    Robot robot;
+    const Frame wall = Scene::plainPlane({0, 0, 1.5}, {0, 0, -1}).render(kinectCamera(), Pose());
+    for (int i = 0; i < 10; ++i) robot.see(view(5));
+    for (int i = 0; i < frames; ++i) EXPECT_NE(robot.see(wall).state, TrackingState::kOk);
+    const TrackedFrame after = robot.see(view(5));
+    EXPECT_EQ(after.state, TrackingState::kOk);
+    EXPECT_LT(after.T_odom_cam.translation().norm(), 0.002);
+    EXPECT_LT(after.T_odom_cam.angle(), 0.1 * kDegree);
+  }
+}
+
+// Carried elsewhere between two frames: it must not go on from there as if it had not moved.
+TEST(VisualOdometry, aJumpElsewhereIsNeverTakenForStandingStill) {
+  const OdometryOptions options;
+  Robot robot(options);
+  for (int i = 0; i < 5; ++i) robot.see(view(i));
+  const Pose elsewhere =
+      walk(5) * Pose(Eigen::Quaterniond(Eigen::AngleAxisd(0.6, Eigen::Vector3d::UnitY())), {0.6, 0, 0});
+  const Frame there = Scene::room().render(kinectCamera(), elsewhere);
+  for (int i = 0; i <= options.lost_after; ++i) {
+    const TrackedFrame tracked = robot.see(there);
+    EXPECT_EQ(tracked.state, i < options.lost_after ? TrackingState::kPoor : TrackingState::kLost) << i;
+  }
+}
+
 // The geometry of another room may fit; its picture does not.
 TEST(VisualOdometry, aRoomOfTheSameShapeWithOtherPicturesIsPoor) {
   Robot robot;
