@@ -14,7 +14,7 @@ struct DdsLinkOptions {
   std::string site = "default";  ///< DDS partition: sites on one domain do not hear each other
   LinkRole role = LinkRole::kRobot;
   std::string robot;  ///< a robot's own name; unused by others
-  /// IPv4 address of the one interface to use. 127.*: also shared memory, and nothing leaves the machine.
+  /// IPv4 address of the one interface to use. 127.*: nothing leaves the machine.
   std::string interface_address = "127.0.0.1";
   /// Messages are not encrypted: another interface than 127.* needs this word that the network is trusted.
   bool insecure = false;

@@ -1,7 +1,6 @@
 #include "protocol/link/qos.h"
 
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 
 #include <memory>
 
@@ -14,7 +13,6 @@ namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastdds::rtps;
 
 constexpr uint32_t kSocketBufferBytes = 4u << 20;
-constexpr uint32_t kSharedMemoryBytes = 16u << 20;
 constexpr uint32_t kDatagramBytes = 1400;
 
 // Samples kept per robot, and robots.
@@ -61,6 +59,8 @@ dds::DomainParticipantQos participantQos(const std::string& name, const std::str
   dds::DomainParticipantQos qos;
   qos.name(name);
   const bool loopback = interface_address.starts_with("127.");
+  // UDP alone, also on one machine: a process that is killed leaves its ports in shared memory as they were, its
+  // successor takes the same ones, and peers go on writing into the old.
   auto udp = std::make_shared<rtps::UDPv4TransportDescriptor>();
   udp->interfaceWhiteList.push_back(interface_address);
   udp->sendBufferSize = kSocketBufferBytes;
@@ -70,11 +70,6 @@ dds::DomainParticipantQos participantQos(const std::string& name, const std::str
   qos.transport().user_transports.push_back(udp);
   qos.transport().send_socket_buffer_size = kSocketBufferBytes;
   qos.transport().listen_socket_buffer_size = kSocketBufferBytes;
-  if (loopback) {
-    auto shared_memory = std::make_shared<rtps::SharedMemTransportDescriptor>();
-    shared_memory->segment_size(kSharedMemoryBytes);
-    qos.transport().user_transports.push_back(shared_memory);
-  }
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
   discovery.leaseDuration = eprosima::fastrtps::Duration_t(kLease_s, 0);
   discovery.leaseDuration_announcementperiod = eprosima::fastrtps::Duration_t(kLease_s / 5, 0);

@@ -15,7 +15,7 @@ inline constexpr int kMaxBlocking_s = 10;
 /// After this long without a word a participant counts as gone.
 inline constexpr int kLease_s = 10;
 
-/// Loopback: shared memory and UDP on 127.0.0.1, nothing leaves the machine. Any other address: UDP on that interface
+/// Loopback: UDP on 127.0.0.1, nothing leaves the machine. Any other address: UDP on that interface
 /// alone, in datagrams that need no IP fragments.
 eprosima::fastdds::dds::DomainParticipantQos participantQos(const std::string& name,
                                                             const std::string& interface_address);
