@@ -42,8 +42,7 @@ Result<RunContent> readContent(const MapStore& store) {
   }
   auto edges = store.edges();
   if (!edges) return edges.error();
-  for (const Edge& edge : *edges)
-    if (edge.kind == EdgeKind::kOdometry) content.odometry_from[edge.from] = edge;
+  content.odometry_from = odometryToNext(*edges);
   auto verdicts = store.verdicts();
   if (!verdicts) return verdicts.error();
   content.verdicts = std::move(*verdicts);
@@ -222,7 +221,7 @@ Result<Json> writeRunOutputs(const ReplayOptions& options, const ReplayOutcome& 
     ReportTrajectory trajectory;
     trajectory.robot = robot.robot;
     trajectory.map = largestMap(*content, robot.robot);
-    for (const StampedPose& pose : poses) trajectory.positions.push_back(pose.T_map_cam.translation());
+    for (const StampedPose& pose : poses) trajectory.positions.push_back(pose.pose.translation());
     plotted.push_back(std::move(trajectory));
   }
 

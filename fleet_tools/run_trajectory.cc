@@ -7,6 +7,13 @@
 
 namespace comap {
 
+std::map<KeyframeId, Edge> odometryToNext(std::span<const Edge> edges) {
+  std::map<KeyframeId, Edge> from;
+  for (const Edge& edge : edges)
+    if (edge.kind == EdgeKind::kOdometry && edge.to.sequence == edge.from.sequence + 1) from[edge.from] = edge;
+  return from;
+}
+
 std::vector<StampedPose> composeTrajectory(const AgentReport& report, const MapId& map,
                                            const std::map<KeyframeId, StoredKeyframe>& keyframes,
                                            const std::map<KeyframeId, Edge>& odometry_from) {
@@ -39,8 +46,8 @@ std::vector<StampedPose> composeTrajectory(const AgentReport& report, const MapI
 Result<void> writeTrajectory(const std::string& path, const std::vector<StampedPose>& poses) {
   std::string text;
   for (const StampedPose& pose : poses) {
-    const auto& t = pose.T_map_cam.translation();
-    const auto& q = pose.T_map_cam.rotation();
+    const auto& t = pose.pose.translation();
+    const auto& q = pose.pose.rotation();
     text += fmt::format("{} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", formatStamp(pose.stamp_ns), t.x(),
                         t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
   }

@@ -48,7 +48,7 @@ TEST(RunTrajectory, FramesStandWhereOdometryPutThemIfTheGraphAgrees) {
   const auto poses = composeTrajectory(run.report, "m", run.keyframes, run.odometry_from);
   ASSERT_EQ(poses.size(), 5u);
   for (size_t i = 0; i < 5; ++i)
-    EXPECT_NEAR(poses[i].T_map_cam.translation().x(), 10 + 0.25 * static_cast<double>(i), 1e-12);
+    EXPECT_NEAR(poses[i].pose.translation().x(), 10 + 0.25 * static_cast<double>(i), 1e-12);
 }
 
 TEST(RunTrajectory, TheGraphsCorrectionGrowsTowardsTheNextKeyframe) {
@@ -56,7 +56,22 @@ TEST(RunTrajectory, TheGraphsCorrectionGrowsTowardsTheNextKeyframe) {
   const auto poses = composeTrajectory(run.report, "m", run.keyframes, run.odometry_from);
   ASSERT_EQ(poses.size(), 5u);
   const double expected[] = {10, 10.3, 10.6, 10.9, 11.2};
-  for (size_t i = 0; i < 5; ++i) EXPECT_NEAR(poses[i].T_map_cam.translation().x(), expected[i], 1e-12) << i;
+  for (size_t i = 0; i < 5; ++i) EXPECT_NEAR(poses[i].pose.translation().x(), expected[i], 1e-12) << i;
+}
+
+TEST(RunTrajectory, WhereARobotFoundBackToIsNotTheNextKeyframe) {
+  const auto edge = [](uint32_t from, uint32_t to, EdgeKind kind) {
+    Edge one;
+    one.from = {"a", 1, from};
+    one.to = {"a", 1, to};
+    one.kind = kind;
+    return one;
+  };
+  const std::vector<Edge> edges = {edge(3, 4, EdgeKind::kOdometry), edge(3, 9, EdgeKind::kOdometry),
+                                   edge(5, 6, EdgeKind::kCovisibility)};
+  const auto from = odometryToNext(edges);
+  ASSERT_EQ(from.size(), 1u);
+  EXPECT_EQ(from.at({"a", 1, 3}).to.sequence, 4u);
 }
 
 TEST(RunTrajectory, FramesOfAnotherMapOrWithoutKeyframeAreLeftOut) {
