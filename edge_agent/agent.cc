@@ -47,10 +47,8 @@ Result<Agent::Progress> Agent::takeFrame() {
 
   const auto start = std::chrono::steady_clock::now();
   TrackedFrame tracked = odometry_.track(frame);
-  if (tracked.first && statistics_.keyframes > 0 && !findBack(frame, tracked)) {
-    tracked.first = false;
-    tracked.state = TrackingState::kLost;
-  }
+  const Relocalisation* found = nullptr;
+  if (tracked.first && statistics_.keyframes > 0) found = findBack(frame, tracked);
   ++frames_since_keyframe_;
   const auto reason =
       keyframeReason(tracked, frames_since_keyframe_, medianDepth(frame.depth), state_, config_.keyframes);
@@ -73,8 +71,7 @@ Result<Agent::Progress> Agent::takeFrame() {
     log_("tracking lost at frame " + std::to_string(statistics_.frames - 1));
   state_ = tracked.state;
   T_odom_cam_ = tracked.T_odom_cam;
-  if (!reason.empty())
-    if (auto begun = beginKeyframe(frame, tracked); !begun) return begun.error();
+  if (!reason.empty()) beginKeyframe(frame, tracked, found);
 
   if (statistics_.keyframes == 0 || tracked.state == TrackingState::kLost) return Progress::kFrame;  // stands nowhere
   FrameRecord record;
@@ -88,14 +85,17 @@ Result<Agent::Progress> Agent::takeFrame() {
   return Progress::kFrame;
 }
 
-// For a frame that would begin a new chain: true if it may, or stands at a place that was found again.
-bool Agent::findBack(const Frame& frame, TrackedFrame& tracked) {
+// For a frame that would begin a new chain: the known place where it stands. Otherwise it begins one, or, as long as
+// there is hope, is LOST.
+const Relocalisation* Agent::findBack(const Frame& frame, TrackedFrame& tracked) {
   switch (recovery_.attempt(odometry_.live(), encodeFerns(book_, frame.colour, frame.depth))) {
     case Recovery::Outcome::kLost:
-      return false;
+      tracked.first = false;
+      tracked.state = TrackingState::kLost;
+      return nullptr;
     case Recovery::Outcome::kNewChain:
       log_("frame " + std::to_string(statistics_.frames) + " begins a new chain");
-      return true;
+      return nullptr;
     case Recovery::Outcome::kFound:
       break;
   }
@@ -105,10 +105,10 @@ bool Agent::findBack(const Frame& frame, TrackedFrame& tracked) {
   ++statistics_.relocalised;
   tracked.T_odom_cam = place.T_odom_keyframe * place.T_keyframe_cam;
   odometry_.resume(tracked.T_odom_cam);
-  return true;
+  return &place;
 }
 
-Result<void> Agent::beginKeyframe(const Frame& frame, const TrackedFrame& tracked) {
+void Agent::beginKeyframe(const Frame& frame, const TrackedFrame& tracked, const Relocalisation* found) {
   Keyframe keyframe;
   keyframe.id = {config_.robot, session_, statistics_.keyframes};
   keyframe.stamp_ns = frame.stamp_ns;
@@ -116,21 +116,17 @@ Result<void> Agent::beginKeyframe(const Frame& frame, const TrackedFrame& tracke
   keyframe.colour = frame.colour;
   keyframe.fern_code = encodeFerns(book_, frame.colour, frame.depth);
   keyframe.T_odom_cam = tracked.T_odom_cam;
-  const bool found = tracked.first && statistics_.keyframes > 0 && recovery_.lastOutcome() == Recovery::Outcome::kFound;
-  if (found) {
-    const Relocalisation& place = recovery_.place();
+  if (found != nullptr) {
     keyframe.linked = true;
-    keyframe.linked_to = place.sequence;
-    keyframe.T_link_this = place.T_keyframe_cam;
-    keyframe.information = place.information;
-    keyframe.inlier_ratio = place.inlier_ratio;
+    keyframe.linked_to = found->sequence;
+    keyframe.T_link_this = found->T_keyframe_cam;
+    keyframe.information = found->information;
+    keyframe.inlier_ratio = found->inlier_ratio;
   } else if (!tracked.first) {
     keyframe.linked = true;
     keyframe.linked_to = statistics_.keyframes - 1;
     keyframe.T_link_this = tracked.T_keyframe_cam;
-    // Where a direction is not determined the information says so; other poor frames say too much of themselves.
-    const double doubt = tracked.state == TrackingState::kPoor && !tracked.degenerate ? 100 : 1;
-    keyframe.information = tracked.alignment.information / doubt;
+    keyframe.information = tracked.alignment.information;  // weak where a direction is not determined
     keyframe.inlier_ratio = tracked.alignment.inlier_ratio;
   }
   statistics_.chains += !keyframe.linked;
@@ -139,7 +135,6 @@ Result<void> Agent::beginKeyframe(const Frame& frame, const TrackedFrame& tracke
   open_ = std::move(keyframe);
   ++statistics_.keyframes;
   frames_since_keyframe_ = 0;
-  return {};
 }
 
 Result<void> Agent::closeKeyframe() {

@@ -82,8 +82,8 @@ class Agent {
   const AgentStatistics& statistics() const { return statistics_; }
 
  private:
-  bool findBack(const Frame& frame, TrackedFrame& tracked);
-  Result<void> beginKeyframe(const Frame& frame, const TrackedFrame& tracked);
+  const Relocalisation* findBack(const Frame& frame, TrackedFrame& tracked);
+  void beginKeyframe(const Frame& frame, const TrackedFrame& tracked, const Relocalisation* found);
   Result<void> handle(const Delivery& delivery);
 
   AgentConfig config_;

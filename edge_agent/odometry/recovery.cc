@@ -3,12 +3,8 @@
 namespace comap {
 
 Recovery::Outcome Recovery::attempt(const Pyramid& live, const FernCode& code) {
-  outcome_ = ask(live, code);
-  return *outcome_;
-}
-
-Recovery::Outcome Recovery::ask(const Pyramid& live, const FernCode& code) {
-  if (!remembersPlaces() || attempts_ >= options_.patience_frames) return Outcome::kNewChain;
+  const bool remembers = relocaliser_.memory().size() > 0;
+  if (!remembers || attempts_ >= options_.patience_frames) return Outcome::kNewChain;
   ++attempts_;
   place_ = relocaliser_.relocalise(live, code);
   const std::optional<Pose> before = T_odom_unconfirmed_;
@@ -26,7 +22,6 @@ Recovery::Outcome Recovery::ask(const Pyramid& live, const FernCode& code) {
 void Recovery::reset() {
   T_odom_unconfirmed_.reset();
   attempts_ = 0;
-  outcome_.reset();
 }
 
 }  // namespace comap

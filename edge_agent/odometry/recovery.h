@@ -36,23 +36,15 @@ class Recovery {
   /// The last answer of the memory.
   const Relocalisation& place() const { return place_; }
 
-  /// What attempt() said last since reset().
-  std::optional<Outcome> lastOutcome() const { return outcome_; }
-
   /// Forgets the attempts so far: the robot is on its way again.
   void reset();
 
-  bool remembersPlaces() const { return relocaliser_.memory().size() > 0; }
-
  private:
-  Outcome ask(const Pyramid& live, const FernCode& code);
-
   RecoveryOptions options_;
   Relocaliser relocaliser_;
   Relocalisation place_;
   std::optional<Pose> T_odom_unconfirmed_;
   int attempts_ = 0;
-  std::optional<Outcome> outcome_;
 };
 
 }  // namespace comap

@@ -4,20 +4,13 @@
 #include <vector>
 
 #include "mapping_core/rgbd/depth_agreement.h"
+#include "mapping_core/rgbd/seeded_alignment.h"
 
 namespace comap {
 namespace {
 
 constexpr size_t kLevel = kPlaceLevel, kCoarseLevel = kPlaceLevel + 1;
 constexpr ReferenceOptions kReference{kPlaceLevel, kPlaceLevel + 1, 3000};
-
-Pose turned(double pitch_rad, double yaw_rad) {
-  Vector6d twist;
-  twist << 0, 0, 0, pitch_rad, yaw_rad, 0;
-  return Pose::exp(twist);
-}
-
-double score(double inlier_ratio, double overlap) { return inlier_ratio * std::min(1.0, 2 * overlap); }
 
 bool contradict(const Relocalisation& a, const Relocalisation& b, const RelocaliserOptions& options) {
   const Pose difference = (a.T_odom_keyframe * a.T_keyframe_cam).inverse() * (b.T_odom_keyframe * b.T_keyframe_cam);
@@ -27,7 +20,7 @@ bool contradict(const Relocalisation& a, const Relocalisation& b, const Relocali
 // Accepted before refused, then by how well it fits.
 bool better(const Relocalisation& a, const Relocalisation& b) {
   if (a.accepted != b.accepted) return a.accepted;
-  return score(a.inlier_ratio, a.overlap) > score(b.inlier_ratio, b.overlap);
+  return fitScore(a.inlier_ratio, a.overlap) > fitScore(b.inlier_ratio, b.overlap);
 }
 
 }  // namespace
@@ -70,17 +63,7 @@ Alignment Relocaliser::alignCoarse(const ReferenceView& reference, const Pyramid
   const RotationAlignment rotation = alignRotation(from.camera, from.grey, live[kCoarseLevel].grey,
                                                    Eigen::Matrix3d::Identity(), {}, rotation_workspace_);
   if (rotation.usable) seeds.emplace_back(rotation.R_previous_current, Eigen::Vector3d::Zero());
-  Alignment best;
-  double best_score = -1;
-  for (const Pose& seed : seeds) {
-    const Alignment alignment = align(reference, live, seed, options, workspace_);
-    const double s = alignment.solved ? score(alignment.inlier_ratio, alignment.overlap) : 0;
-    if (s > best_score) {
-      best_score = s;
-      best = alignment;
-    }
-  }
-  return best;
+  return alignFromSeeds(reference, live, seeds, options, workspace_);
 }
 
 Relocalisation Relocaliser::judge(const RememberedPlace& place, const Pyramid& live,

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#include "mapping_core/rgbd/vector_targets.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "edge_agent/odometry/super_keyframe.cc"
 #include <hwy/foreach_target.h>  // compiles this file once for each instruction set
@@ -24,9 +25,9 @@ struct WarpTask {
   float r_cam_key[9], t_cam_key[3];
   float back[4];  // third row of T_key_cam: depth in the keyframe
   DepthNoiseModel noise;
-  float* inverse_depth;
   float frames;  // as how many frames it counts
   int32_t hits;  // and as how many hits
+  float* inverse_depth;
   float* weight;
   int32_t* counts;
 };

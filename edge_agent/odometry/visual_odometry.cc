@@ -46,10 +46,7 @@ TrackedFrame VisualOdometry::track(const Frame& frame) {
     velocity_ *= 0.5;  // coast, and come to rest rather than fly off
   }
   // What is determined but for some directions is poor, yet no reason to give the chain up: its information says so.
-  if (attempt.good)
-    poor_in_a_row_ = 0;
-  else
-    ++poor_in_a_row_;
+  poor_in_a_row_ = attempt.good ? 0 : poor_in_a_row_ + 1;
   tracked.state = attempt.good && !tracked.degenerate    ? TrackingState::kOk
                   : poor_in_a_row_ > options_.lost_after ? TrackingState::kLost
                                                          : TrackingState::kPoor;
@@ -69,12 +66,10 @@ VisualOdometry::Attempt VisualOdometry::alignFrom(const Pose& T_odom_guess) {
       align(reference_, live_, T_odom_keyframe_.inverse() * T_odom_guess, options_.alignment, workspace_);
   const Alignment& a = attempt.alignment;
   const Pose jump = T_odom_guess.inverse() * T_odom_keyframe_ * a.T_ref_cur;
-  attempt.believable = a.solved && a.T_ref_cur.isFinite() && jump.translation().norm() < options_.jump_m &&
-                       jump.angle() < options_.jump_rad;
-  attempt.good =
-      attempt.believable &&
-      a.inlier_ratio >= (a.free_directions > 0 ? options_.poor_free_inlier_ratio : options_.poor_inlier_ratio) &&
-      a.rms_sigma <= options_.poor_rms_sigma && a.photometric_median <= options_.poor_photometric;
+  const double least_inliers = a.free_directions > 0 ? options_.poor_free_inlier_ratio : options_.poor_inlier_ratio;
+  attempt.good = a.solved && a.T_ref_cur.isFinite() && jump.translation().norm() < options_.jump_m &&
+                 jump.angle() < options_.jump_rad && a.inlier_ratio >= least_inliers &&
+                 a.rms_sigma <= options_.poor_rms_sigma && a.photometric_median <= options_.poor_photometric;
   return attempt;
 }
 
@@ -91,7 +86,7 @@ void VisualOdometry::addToKeyframe(const TrackedFrame& tracked) {
 }
 
 void VisualOdometry::makeKeyframe(const TrackedFrame& tracked) {
-  const bool inherits = has_reference_ && isGood(tracked);
+  const bool inherits = has_reference_ && isGood(tracked) && options_.inherited_frames > 0;
   if (inherits) {
     inherited_.camera = keyframe_depth_.camera();
     keyframe_depth_.writeDepth(inherited_.depth_m);

@@ -20,7 +20,7 @@ struct OdometryOptions {
   ReferenceOptions reference;
   AlignmentOptions alignment;
   RotationOptions rotation;
-  float inherited_frames = 4;  ///< as how many frames a keyframe's depth counts in the next one's
+  float inherited_frames = 4;  ///< as how many frames a keyframe's depth counts in the next one's; 0: not at all
   double poor_inlier_ratio = 0.5;
   double poor_free_inlier_ratio = 0.8;  ///< the same where directions are free: little is left that could contradict
   double poor_rms_sigma = 1.5;
@@ -35,7 +35,7 @@ struct TrackedFrame {
   Alignment alignment;
   TrackingState state = TrackingState::kOk;
   bool first = false;       ///< started a chain: nothing to align to
-  bool aligned = false;     ///< the pose is that of the alignment; else it is where constant motion would be
+  bool aligned = false;     ///< the pose is that of an alignment that passed; else it is where constant motion would be
   bool degenerate = false;  ///< some direction is not determined by what is in view: there the pose is a prediction
 };
 
@@ -71,8 +71,7 @@ class VisualOdometry {
  private:
   struct Attempt {
     Alignment alignment;
-    bool believable = false;  // no jump, and numbers that are numbers
-    bool good = false;        // and all gates passed
+    bool good = false;  // solved, no jump, all gates passed
   };
   Attempt alignFrom(const Pose& T_odom_guess);
   Pose predictByRotation(const Pose& T_odom_predicted);

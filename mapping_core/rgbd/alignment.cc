@@ -5,30 +5,33 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "mapping_core/rgbd/constraints.h"
 
 namespace comap {
 namespace {
 
-constexpr float kHuber = 1.345f;  // of photometric residuals, in their own scale
+constexpr float kHuber = 1.345f;           // of photometric residuals, in their own scale
+constexpr float kSigmaOfMedian = 1.4826f;  // of normally distributed residuals
 constexpr size_t kFewestPoints = 60;
 constexpr double kHopeless = 1e-4;       // weaker directions would only be pushed about by rounding and noise
 constexpr float kGradientNoise = 10.6f;  // squares of gradients up to so many variances of grey are noise
-constexpr size_t kSampled = 3;           // one point in so many tells which directions are determined
 
-// By counting in steps of an eighth of a grey level: finer than the pictures are.
-float medianAbsolutePhotometric(size_t points, const PointResiduals& residuals) {
+// Median of |photometric residual| over the points that count and that `use` takes, by counting in steps of an eighth
+// of a grey level: finer than the pictures are. Nothing if there are none.
+template <class Use>
+std::optional<float> medianAbsolutePhotometric(size_t points, const PointResiduals& residuals, const Use& use) {
   constexpr float kStepsPerGrey = 8;
   std::array<uint32_t, 8 * 256> histogram{};
   uint32_t all = 0;
   for (size_t i = 0; i < points; ++i) {
+    if (residuals.wp[i] == 0 || !use(i)) continue;
     const auto bin = static_cast<size_t>(std::abs(residuals.rp[i]) * kStepsPerGrey);
-    const uint32_t used = residuals.wp[i] > 0;
-    histogram[std::min(bin, histogram.size() - 1)] += used;
-    all += used;
+    ++histogram[std::min(bin, histogram.size() - 1)];
+    ++all;
   }
-  if (all == 0) return 255;
+  if (all == 0) return std::nullopt;
   uint32_t below = 0;
   size_t bin = 0;
   while ((below += histogram[bin]) * 2 <= all) ++bin;
@@ -38,21 +41,10 @@ float medianAbsolutePhotometric(size_t points, const PointResiduals& residuals) 
 // Variance of grey in one picture: where the reference is flattest, residuals are made of noise alone, that of both
 // pictures. Half of the points with the weakest gradients in their cells serve.
 float squareOfNoise(const ReferencePoints& points, const PointResiduals& residuals) {
-  std::array<uint32_t, 8 * 256> histogram{};
-  uint32_t all = 0;
-  for (size_t i = 0; i < points.count; ++i) {
-    if (residuals.wp[i] == 0) continue;
-    const float g = points.gx[i] * points.gx[i] + points.gy[i] * points.gy[i];
-    if (g > points.median_gradient_square) continue;
-    const auto bin = static_cast<size_t>(std::abs(residuals.rp[i]) * 8);
-    ++histogram[std::min(bin, histogram.size() - 1)];
-    ++all;
-  }
-  if (all == 0) return 0;
-  uint32_t below = 0;
-  size_t bin = 0;
-  while ((below += histogram[bin]) * 2 <= all) ++bin;
-  const float sigma = 1.4826f * (static_cast<float>(bin) + 0.5f) / 8;
+  const auto flat = [&](size_t i) {
+    return points.gx[i] * points.gx[i] + points.gy[i] * points.gy[i] <= points.median_gradient_square;
+  };
+  const float sigma = kSigmaOfMedian * medianAbsolutePhotometric(points.count, residuals, flat).value_or(0);
   return sigma * sigma / 2;
 }
 
@@ -157,8 +149,8 @@ Alignment align(const ReferenceView& reference, const Pyramid& frame, const Pose
     for (int i = 0; i < iterations; ++i) {
       counts = evaluateResiduals(points, level, result.T_ref_cur, gates, brightness, options.noise, residuals);
       if (counts.inliers + counts.photometric < kFewestPoints) return result;
-      photometric_median = medianAbsolutePhotometric(size, residuals);
-      const float scale = std::clamp(1.4826f * photometric_median, 3.0f, 20.0f);
+      photometric_median = medianAbsolutePhotometric(size, residuals, [](size_t) { return true; }).value_or(255);
+      const float scale = std::clamp(kSigmaOfMedian * photometric_median, 3.0f, 20.0f);
       const Brightness next = fitBrightness(points, brightness, scale, residuals);
       // Residuals tell of noise only where the views lie right on each other.
       const float noise_square = l + 1 == levels ? squareOfNoise(points, residuals) : 0;

@@ -20,7 +20,7 @@ struct AlignmentOptions {
   /// Added to sigma at the coarsest level, nothing at the finest: lets the robust weights pull from afar when the guess
   /// is poor. Residual statistics of the finest level are not touched.
   float coarse_extra_sigma_m = 0;
-  float photometric_weight = 0.28f;   ///< grey residuals are correlated, depth ones less so
+  float photometric_weight = 0.28f;  ///< grey residuals are correlated, depth ones less so
   float information_deflation = 50;  ///< neighbouring pixels are not independent
   double stop_m = 2e-5, stop_rad = 2e-5;
   double weak_ratio = 6e-4;  ///< directions with less than this share of the strongest are free: they keep the guess
@@ -36,8 +36,9 @@ struct Alignment {
   double inlier_ratio = 0;                  ///< geometric inliers / reference points that project into the frame
   double overlap = 0;                       ///< reference points that project into the frame / all
   double rms_sigma = 1e9;                   ///< of geometric inliers, in sigma
-  double degeneracy = 0;  ///< smallest / largest eigenvalue of A/N, translation scaled by median depth
-  Vector6d weakest_direction = Vector6d::Zero();  ///< with translation in units of the median depth
+  double degeneracy = 0;  ///< how well the weakest direction is determined, as share of the strongest (constraints.h),
+                          ///< translation in units of the mean depth
+  Vector6d weakest_direction = Vector6d::Zero();  ///< with translation in units of the mean depth
   int free_directions = 0;                        ///< not determined by the data: there T_ref_cur is the guess
   double photometric_median = 255;                ///< grey levels after gain and bias
   double gain = 1, bias = 0;                      ///< grey_cur = gain grey_ref + bias

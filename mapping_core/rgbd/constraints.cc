@@ -1,18 +1,11 @@
 #include "mapping_core/rgbd/constraints.h"
 
 #include <Eigen/Geometry>
-#include <cmath>
 
 #include "mapping_core/rgbd/residuals.h"
 #include "mapping_core/rgbd/surface_normal.h"
 
 namespace comap {
-namespace {
-
-using Sum = Eigen::Matrix<float, 6, 6>;
-
-}  // namespace
-
 Matrix6d sumConstraints(const ReferencePoints& points, const PyramidLevel& frame, const Pose& T_ref_cur,
                         const DepthNoiseModel& noise, const PointResiduals& residuals) {
   const Eigen::Matrix3f r_rc = T_ref_cur.rotationMatrix().cast<float>();
@@ -20,7 +13,7 @@ Matrix6d sumConstraints(const ReferencePoints& points, const PyramidLevel& frame
   const float fx = static_cast<float>(frame.camera.fx), fy = static_cast<float>(frame.camera.fy);
   const float cx = static_cast<float>(frame.camera.cx), cy = static_cast<float>(frame.camera.cy);
   const int reach = normalReach(points.level);
-  Sum sum = Sum::Zero();
+  Eigen::Matrix<float, 6, 6> sum = Eigen::Matrix<float, 6, 6>::Zero();
   for (size_t i = 0; i < points.count; ++i) {
     if (residuals.wg[i] == 0 && residuals.wp[i] == 0) continue;
     const Eigen::Vector3f p(points.x[i], points.y[i], points.z[i]);

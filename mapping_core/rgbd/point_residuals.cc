@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-// Vectors without a fixed size cannot be members of the small structs below.
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#include "mapping_core/rgbd/vector_targets.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "mapping_core/rgbd/point_residuals.cc"
 #include <hwy/foreach_target.h>  // compiles this file once for each instruction set

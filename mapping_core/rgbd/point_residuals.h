@@ -18,11 +18,11 @@ struct Brightness {
 };
 
 /// Per point: geometric residual (sigma), photometric residual (grey levels), their rows and weights. Weight 0 marks
-/// points that do not count; all else of them is 0 too. Kept by the caller so that nothing is allocated per frame.
+/// points that do not count. Kept by the caller so that nothing is allocated per frame.
 struct PointResiduals {
   std::vector<float> rg, wg, jg[6];
   std::vector<float> rp, wp, jp[6];
-  std::vector<float> gradient;  // product of the gradients of both views there, grey levels a pixel squared
+  std::vector<float> gradient;  ///< product of the gradients of both views there, grey levels a pixel squared
   void reserve(size_t points);
 };
 

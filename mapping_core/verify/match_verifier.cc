@@ -5,18 +5,9 @@
 #include <cmath>
 
 #include "mapping_core/rgbd/depth_agreement.h"
+#include "mapping_core/rgbd/seeded_alignment.h"
 
 namespace comap {
-namespace {
-
-Pose turned(double pitch_rad, double yaw_rad) {
-  Vector6d twist;
-  twist << 0, 0, 0, pitch_rad, yaw_rad, 0;
-  return Pose::exp(twist);
-}
-
-}  // namespace
-
 Alignment MatchVerifier::alignCoarse(const KeyframeView& query, const KeyframeView& candidate) {
   AlignmentOptions options;
   options.noise = options_.noise;
@@ -25,18 +16,9 @@ Alignment MatchVerifier::alignCoarse(const KeyframeView& query, const KeyframeVi
   options.distance_gate_m = 0.15f;
   options.coarse_extra_sigma_m = 0.08f;
   const double a = options_.seed_rad;
-  Alignment best;
-  double best_score = -1;
-  for (const Pose& seed :
-       {Pose(), turned(0, a), turned(0, -a), turned(0, 2 * a), turned(0, -2 * a), turned(a, 0), turned(-a, 0)}) {
-    const Alignment alignment = align(candidate.coarse, query.pyramid, seed, options, workspace_);
-    const double score = alignment.solved ? alignment.inlier_ratio * std::min(1.0, alignment.overlap * 2) : 0;
-    if (score > best_score) {
-      best_score = score;
-      best = alignment;
-    }
-  }
-  return best;
+  const std::array<Pose, 7> seeds = {Pose(),       turned(0, a), turned(0, -a), turned(0, 2 * a), turned(0, -2 * a),
+                                     turned(a, 0), turned(-a, 0)};
+  return alignFromSeeds(candidate.coarse, query.pyramid, seeds, options, workspace_);
 }
 
 Result<MatchVerdict> MatchVerifier::verify(const KeyframeView& query, const KeyframeView& candidate, SurfelMap& map,
