@@ -28,6 +28,7 @@ Result<AgentConfig> readAgentConfig(const std::string& path) {
   odometry.read("photometric_weight", config.odometry.alignment.photometric_weight, 0, 10);
   odometry.read("inherited_frames", config.odometry.inherited_frames, 0, 1000);
   odometry.read("lost_after_frames", config.odometry.lost_after, 1, 1000);
+  odometry.read("threads", config.odometry.threads, 1, 64);
   odometry.read("relocalise_frames", config.recovery.patience_frames, 0, 100000);
   config.recovery.relocaliser.noise = config.odometry.alignment.noise;
 
@@ -77,6 +78,7 @@ odometry:
   photometric_weight: {}        # of colour against depth
   inherited_frames: {}          # as how many frames a keyframe's mean depth counts in the next one's
   lost_after_frames: {}         # poor ones in a row
+  threads: {}                   # that share a frame's rows; poses do not depend on it
   relocalise_frames: {}         # tried to find a known place again before a new chain begins
 keyframes:                      # a new one after any of these
   translation_m: {}             # at 2 m median depth, scaled with it
@@ -97,7 +99,7 @@ downlink:
 )",
       c.robot, c.source, c.link.domain, c.link.site, c.link.interface_address, c.link.insecure, c.odometry.depth_min_m,
       c.odometry.depth_max_m, c.odometry.alignment.noise.floor_m, c.odometry.alignment.noise.factor_per_m,
-      c.odometry.alignment.photometric_weight, c.odometry.inherited_frames, c.odometry.lost_after,
+      c.odometry.alignment.photometric_weight, c.odometry.inherited_frames, c.odometry.lost_after, c.odometry.threads,
       c.recovery.patience_frames, c.keyframes.translation_m, c.keyframes.rotation_rad, c.keyframes.overlap,
       c.keyframes.max_frames, c.depth_rounding.step_per_m, c.sender.window, c.max_waiting_keyframes,
       c.sender.resend_after.count(), c.sender.jpeg_quality, c.fern_seed, c.interest_radius_m, c.downlink_bytes_per_s);

@@ -26,7 +26,7 @@ volatile sig_atomic_t g_stop = 0;
 
 struct Arguments {
   std::string config, source, robot, site, interface_address, report;
-  int domain = -1;
+  int domain = -1, threads = 0;
   bool insecure = false, realtime = false, list_sources = false, print_config = false, check_config = false;
   int patience_s = 60;
 };
@@ -48,6 +48,7 @@ Result<AgentConfig> configure(const Arguments& arguments) {
   if (!arguments.site.empty()) config.link.site = arguments.site;
   if (!arguments.interface_address.empty()) config.link.interface_address = arguments.interface_address;
   if (arguments.domain >= 0) config.link.domain = arguments.domain;
+  if (arguments.threads > 0) config.odometry.threads = arguments.threads;
   config.link.insecure = config.link.insecure || arguments.insecure;
   if (const std::string problem = robotNameProblem(config.robot); !problem.empty())
     return Error{ErrorCode::kWrongUse, problem};
@@ -210,6 +211,8 @@ int main(int argc, char** argv) {
   app.add_option("--patience", arguments.patience_s, "Seconds without the core before giving up")
       ->check(CLI::Range(1, 86400))
       ->capture_default_str();
+  app.add_option("--threads", arguments.threads, "Threads that share a frame's odometry; 1 unless configured")
+      ->check(CLI::Range(1, 64));
   app.add_flag("--realtime", arguments.realtime, "Play a recording at its own speed");
   app.add_flag("--list-sources", arguments.list_sources, "Print the kinds of sources and stop");
   app.add_flag("--print-config", arguments.print_config, "Print the configuration in force and stop");

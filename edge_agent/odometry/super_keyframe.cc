@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "mapping_core/rgbd/row_workers.h"
 #include "mapping_core/rgbd/vector_targets.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -40,7 +41,7 @@ namespace comap {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-void Average(const WarpTask& task) {
+void Average(const WarpTask& task, int first_row, int end_row) {
   const hn::CappedTag<float, 8> d;
   const hn::RebindToSigned<decltype(d)> di;
   using F = hn::Vec<decltype(d)>;
@@ -52,7 +53,7 @@ void Average(const WarpTask& task) {
           v_max = set(static_cast<float>(task.height) - 0.51f);
   const F iota = hn::ConvertTo(d, hn::Iota(di, 0));
   const float* r = task.r_cam_key;
-  for (int y = 0; y < task.height; ++y) {
+  for (int y = first_row; y < end_row; ++y) {
     const size_t row = static_cast<size_t>(y) * static_cast<size_t>(task.width);
     const float ray_y = (static_cast<float>(y) - task.cy) / task.fy;
     // What a row's rays have in common.
@@ -135,13 +136,17 @@ void SuperKeyframe::start(const PyramidLevel& keyframe) {
   inverse_depth_.assign(pixels + kPadding, 0.0f);
   weight_.assign(pixels + kPadding, 0.0f);
   counts_.assign(pixels + kPadding, 0);
-  for (size_t i = 0; i < pixels; ++i) {
-    const float z = keyframe.depth_m.data()[i];
-    if (z <= 0) continue;
-    inverse_depth_[i] = 1 / z;
-    weight_[i] = weightOf(1 / z, noise_);
-    counts_[i] = 1;
-  }
+  hole_pixels_.resize(pixels);
+  shareRows(workers_, camera_.height, [&](int begin, int end) {
+    const size_t width = static_cast<size_t>(camera_.width);
+    for (size_t i = static_cast<size_t>(begin) * width; i < static_cast<size_t>(end) * width; ++i) {
+      const float z = keyframe.depth_m.data()[i];
+      if (z <= 0) continue;
+      inverse_depth_[i] = 1 / z;
+      weight_[i] = weightOf(1 / z, noise_);
+      counts_[i] = 1;
+    }
+  });
   frames_ = 1;
 }
 
@@ -183,7 +188,10 @@ void SuperKeyframe::average(const PyramidLevel& frame, const Pose& T_keyframe_ca
   task.inverse_depth = inverse_depth_.data();
   task.weight = weight_.data();
   task.counts = counts_.data();
-  HWY_DYNAMIC_DISPATCH(Average)(task);
+  // Where a row does not end with a whole vector, its last one reaches into the next row, which then must not be
+  // another thread's.
+  RowWorkers* workers = camera_.width % static_cast<int>(kPadding) == 0 ? workers_ : nullptr;
+  shareRows(workers, task.height, [&](int begin, int end) { HWY_DYNAMIC_DISPATCH(Average)(task, begin, end); });
 }
 
 void SuperKeyframe::fillHoles(const PyramidLevel& frame, const Pose& T_keyframe_cam) {
@@ -193,25 +201,34 @@ void SuperKeyframe::fillHoles(const PyramidLevel& frame, const Pose& T_keyframe_
   const float fx = static_cast<float>(camera_.fx), fy = static_cast<float>(camera_.fy);
   const float cx = static_cast<float>(camera_.cx), cy = static_cast<float>(camera_.cy);
   const float u_max = static_cast<float>(camera_.width - 1), v_max = static_cast<float>(camera_.height - 1);
-  for (int y = 0; y < camera_.height; ++y) {
-    const float* depth = frame.depth_m.row(y);
-    const Eigen::Vector3f base = r.col(1) * ((static_cast<float>(y) - cy) / fy) + r.col(2);
-    for (int x = 0; x < camera_.width; ++x) {
-      if (depth[x] <= 0) continue;
-      const Eigen::Vector3f p = (r.col(0) * ((static_cast<float>(x) - cx) / fx) + base) * depth[x] + t;
-      if (p.z() < 0.05f) continue;
-      const float iz = 1 / p.z();
-      const float u = fx * p.x() * iz + cx, v = fy * p.y() * iz + cy;
-      if (!(u >= 0 && v >= 0 && u <= u_max && v <= v_max)) continue;
-      const size_t i =
-          static_cast<size_t>(v + 0.5f) * static_cast<size_t>(camera_.width) + static_cast<size_t>(u + 0.5f);
-      const bool empty = counts_[i] == 0;
-      const bool nearer = counts_[i] == (kFilled | 1) && iz > inverse_depth_[i];  // of one frame, the front surface
-      if (!empty && !nearer) continue;
-      inverse_depth_[i] = iz;
-      weight_[i] = weightOf(iz, noise_);
-      counts_[i] = kFilled | 1;
+  shareRows(workers_, camera_.height, [&](int begin, int end) {
+    for (int y = begin; y < end; ++y) {
+      const float* depth = frame.depth_m.row(y);
+      HolePixel* out = hole_pixels_.data() + static_cast<size_t>(y) * static_cast<size_t>(camera_.width);
+      const Eigen::Vector3f base = r.col(1) * ((static_cast<float>(y) - cy) / fy) + r.col(2);
+      for (int x = 0; x < camera_.width; ++x) {
+        out[x].target = -1;
+        if (depth[x] <= 0) continue;
+        const Eigen::Vector3f p = (r.col(0) * ((static_cast<float>(x) - cx) / fx) + base) * depth[x] + t;
+        if (p.z() < 0.05f) continue;
+        const float iz = 1 / p.z();
+        const float u = fx * p.x() * iz + cx, v = fy * p.y() * iz + cy;
+        if (!(u >= 0 && v >= 0 && u <= u_max && v <= v_max)) continue;
+        out[x] = {static_cast<int32_t>(v + 0.5f) * camera_.width + static_cast<int32_t>(u + 0.5f), iz};
+      }
     }
+  });
+  // Several pixels of the frame may fall into one: one after the other, so that the result is always the same.
+  for (const HolePixel& pixel : hole_pixels_) {
+    if (pixel.target < 0) continue;
+    const auto i = static_cast<size_t>(pixel.target);
+    const bool empty = counts_[i] == 0;
+    const bool nearer =
+        counts_[i] == (kFilled | 1) && pixel.inverse_depth > inverse_depth_[i];  // of one frame, the front surface
+    if (!empty && !nearer) continue;
+    inverse_depth_[i] = pixel.inverse_depth;
+    weight_[i] = weightOf(pixel.inverse_depth, noise_);
+    counts_[i] = kFilled | 1;
   }
 }
 
@@ -224,7 +241,11 @@ bool SuperKeyframe::holds(size_t pixel) const {
 void SuperKeyframe::writeDepth(Image<float>& depth_m) const {
   if (depth_m.width() != camera_.width || depth_m.height() != camera_.height)
     depth_m = Image<float>(camera_.width, camera_.height);
-  for (size_t i = 0; i < depth_m.size(); ++i) depth_m.data()[i] = holds(i) ? 1 / inverse_depth_[i] : 0.0f;
+  shareRows(workers_, camera_.height, [&](int begin, int end) {
+    const size_t width = static_cast<size_t>(camera_.width);
+    for (size_t i = static_cast<size_t>(begin) * width; i < static_cast<size_t>(end) * width; ++i)
+      depth_m.data()[i] = holds(i) ? 1 / inverse_depth_[i] : 0.0f;
+  });
 }
 
 void SuperKeyframe::writeHits(Image<uint8_t>& hits) const {

@@ -12,10 +12,14 @@
 
 namespace comap {
 
-/// Thread rule: one thread. Allocates nothing after the first keyframe of a size.
+class RowWorkers;
+
+/// Thread rule: one caller at a time; rows are shared among the workers. Allocates nothing after the first keyframe of
+/// a size.
 class SuperKeyframe {
  public:
-  explicit SuperKeyframe(const DepthNoiseModel& noise) : noise_(noise) {}
+  explicit SuperKeyframe(const DepthNoiseModel& noise, RowWorkers* workers = nullptr)
+      : noise_(noise), workers_(workers) {}
 
   /// Begins a window with the keyframe's own depth: level 0 of its pyramid.
   void start(const PyramidLevel& keyframe);
@@ -38,16 +42,22 @@ class SuperKeyframe {
   const CameraModel& camera() const { return camera_; }
 
  private:
+  struct HolePixel {
+    int32_t target = -1;  // pixel of the keyframe; -1: none
+    float inverse_depth = 0;
+  };
   void average(const PyramidLevel& frame, const Pose& T_keyframe_cam, float frames, int32_t hits);
   void fillHoles(const PyramidLevel& frame, const Pose& T_keyframe_cam);
   bool holds(size_t pixel) const;
 
   DepthNoiseModel noise_;
+  RowWorkers* workers_;
   CameraModel camera_;
   int frames_ = 0;
-  std::vector<float> inverse_depth_;  // 1/m, 0 = nothing yet
-  std::vector<float> weight_;         // sum of 1/sigma^2, of inverse depth
-  std::vector<int32_t> counts_;       // frames that agree, plus kSeenThrough for each that saw through, plus kFilled
+  std::vector<float> inverse_depth_;    // 1/m, 0 = nothing yet
+  std::vector<float> weight_;           // sum of 1/sigma^2, of inverse depth
+  std::vector<int32_t> counts_;         // frames that agree, plus kSeenThrough for each that saw through, plus kFilled
+  std::vector<HolePixel> hole_pixels_;  // where a frame's pixels fall, memory only
 };
 
 }  // namespace comap

@@ -16,7 +16,7 @@ TrackedFrame VisualOdometry::track(const Frame& frame) {
   // The grey picture of the frame before is all that is needed of it.
   if (!live_.empty()) std::swap(previous_grey_, live_.back().grey);
   buildPyramid(frame.colour, frame.depth, frame.camera, options_.reference.coarsest_level + 1, options_.depth_min_m,
-               options_.depth_max_m, live_);
+               options_.depth_max_m, live_, &workers_);
   TrackedFrame tracked;
   if (!has_reference_) {
     tracked.T_odom_cam = T_odom_last_;
@@ -99,8 +99,8 @@ void VisualOdometry::makeKeyframe(const TrackedFrame& tracked) {
     keyframe_[l].grey = live_[l].grey;
   }
   keyframe_depth_.writeDepth(keyframe_.front().depth_m);
-  shrinkDepth(keyframe_);
-  buildReference(keyframe_, options_.reference, options_.alignment.noise, reference_);
+  shrinkDepth(keyframe_, &workers_);
+  buildReference(keyframe_, options_.reference, options_.alignment.noise, &workers_, picked_workspace_, reference_);
   T_odom_keyframe_ = T_odom_last_;
   has_reference_ = true;
 }

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "edge_agent/odometry/super_keyframe.h"
 #include "mapping_core/rgbd/alignment.h"
 #include "mapping_core/rgbd/pyramid.h"
 #include "mapping_core/rgbd/reference_view.h"
 #include "mapping_core/rgbd/rotation_alignment.h"
+#include "mapping_core/rgbd/row_workers.h"
 #include "protocol/types/image.h"
 #include "protocol/types/messages.h"
 
@@ -27,6 +29,7 @@ struct OdometryOptions {
   double poor_photometric = 20;            ///< grey levels: geometry may fit where the picture does not
   double jump_m = 0.15, jump_rad = 0.175;  ///< against constant velocity; more is not believed
   int lost_after = 10;                     ///< consecutive poor frames
+  int threads = 1;                         ///< that share a frame's rows; poses do not depend on it
 };
 
 struct TrackedFrame {
@@ -39,11 +42,11 @@ struct TrackedFrame {
   bool degenerate = false;  ///< some direction is not determined by what is in view: there the pose is a prediction
 };
 
-/// Thread rule: one thread. Allocates nothing per frame after the first few.
+/// Thread rule: one caller at a time. Allocates nothing per frame after the first few.
 class VisualOdometry {
  public:
   explicit VisualOdometry(const OdometryOptions& options)
-      : options_(options), keyframe_depth_(options.alignment.noise) {}
+      : options_(options), workers_(options.threads), keyframe_depth_(options.alignment.noise, &workers_) {}
 
   /// Tracks one frame. If there is nothing to track against, the frame starts a chain at the last known pose, or is
   /// LOST if it has too little depth for that.
@@ -78,9 +81,11 @@ class VisualOdometry {
   bool isGood(const TrackedFrame& tracked) const { return tracked.aligned && tracked.state == TrackingState::kOk; }
 
   OdometryOptions options_;
+  RowWorkers workers_;
   Pyramid live_, keyframe_;
   ReferenceView reference_;
   PointResiduals workspace_;
+  std::vector<PickedPoint> picked_workspace_;
   SuperKeyframe keyframe_depth_;
   Image<float> previous_grey_;  // of the frame before, coarsest level
   RotationWorkspace rotation_workspace_;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "mapping_core/rgbd/row_workers.h"
+
 namespace comap {
 namespace {
 
@@ -10,19 +12,26 @@ void resizeImage(Image<T>& image, int width, int height) {
   if (image.width() != width || image.height() != height) image = Image<T>(width, height);
 }
 
-void fillGrey(const ColourImage& colour, Image<float>& grey) {
-  resizeImage(grey, colour.width(), colour.height());
-  const Rgb* in = colour.data();
-  float* out = grey.data();
-  for (size_t i = 0; i < colour.size(); ++i) {
+void fillGrey(const ColourImage& colour, int row, Image<float>& grey) {
+  const Rgb* in = colour.row(row);
+  float* out = grey.row(row);
+  for (int x = 0; x < colour.width(); ++x) {
     // Integer weights (x 1/1024) of 0.299, 0.587, 0.114.
-    out[i] = static_cast<float>(306 * in[i].r + 601 * in[i].g + 117 * in[i].b) * (1.0f / 1024.0f);
+    out[x] = static_cast<float>(306 * in[x].r + 601 * in[x].g + 117 * in[x].b) * (1.0f / 1024.0f);
   }
 }
 
-void halveGrey(const Image<float>& in, Image<float>& out) {
-  resizeImage(out, in.width() / 2, in.height() / 2);
-  for (int y = 0; y < out.height(); ++y) {
+void fillDepth(const DepthImage& depth, int row, float min_m, float max_m, Image<float>& depth_m) {
+  const auto* in = depth.row(row);
+  float* out = depth_m.row(row);
+  for (int x = 0; x < depth.width(); ++x) {
+    const float d = static_cast<float>(in[x]) * static_cast<float>(1.0 / kDepthUnitsPerMetre);
+    out[x] = d >= min_m && d <= max_m ? d : 0.0f;
+  }
+}
+
+void halveGrey(const Image<float>& in, int begin, int end, Image<float>& out) {
+  for (int y = begin; y < end; ++y) {
     const float* a = in.row(2 * y);
     const float* b = in.row(2 * y + 1);
     float* o = out.row(y);
@@ -30,10 +39,9 @@ void halveGrey(const Image<float>& in, Image<float>& out) {
   }
 }
 
-void halveDepth(const Image<float>& in, Image<float>& out) {
-  resizeImage(out, in.width() / 2, in.height() / 2);
+void halveDepth(const Image<float>& in, int begin, int end, Image<float>& out) {
   constexpr float kFar = 1e9f;
-  for (int y = 0; y < out.height(); ++y) {
+  for (int y = begin; y < end; ++y) {
     const float* a = in.row(2 * y);
     const float* b = in.row(2 * y + 1);
     float* o = out.row(y);
@@ -54,40 +62,49 @@ void halveDepth(const Image<float>& in, Image<float>& out) {
   }
 }
 
-void fillLevels(const CameraModel& camera, Pyramid& pyramid) {
+void fillLevels(const CameraModel& camera, Pyramid& pyramid, RowWorkers* workers) {
   pyramid[0].camera = camera;
   for (size_t l = 1; l < pyramid.size(); ++l) {
     pyramid[l].camera = pyramid[l - 1].camera.shrunk(2);
-    halveGrey(pyramid[l - 1].grey, pyramid[l].grey);
-    halveDepth(pyramid[l - 1].depth_m, pyramid[l].depth_m);
+    resizeImage(pyramid[l].grey, pyramid[l - 1].grey.width() / 2, pyramid[l - 1].grey.height() / 2);
+    shareRows(workers, pyramid[l].grey.height(),
+              [&](int begin, int end) { halveGrey(pyramid[l - 1].grey, begin, end, pyramid[l].grey); });
   }
+  shrinkDepth(pyramid, workers);
 }
 
 }  // namespace
 
 void buildPyramid(const ColourImage& colour, const DepthImage& depth, const CameraModel& camera, int levels,
-                  float depth_min_m, float depth_max_m, Pyramid& pyramid) {
+                  float depth_min_m, float depth_max_m, Pyramid& pyramid, RowWorkers* workers) {
   pyramid.resize(static_cast<size_t>(levels));
-  fillGrey(colour, pyramid[0].grey);
+  resizeImage(pyramid[0].grey, colour.width(), colour.height());
   resizeImage(pyramid[0].depth_m, depth.width(), depth.height());
-  float* out = pyramid[0].depth_m.data();
-  for (size_t i = 0; i < depth.size(); ++i) {
-    const float d = static_cast<float>(depth.data()[i]) * static_cast<float>(1.0 / kDepthUnitsPerMetre);
-    out[i] = d >= depth_min_m && d <= depth_max_m ? d : 0.0f;
-  }
-  fillLevels(camera, pyramid);
+  shareRows(workers, colour.height(), [&](int begin, int end) {
+    for (int y = begin; y < end; ++y) fillGrey(colour, y, pyramid[0].grey);
+  });
+  shareRows(workers, depth.height(), [&](int begin, int end) {
+    for (int y = begin; y < end; ++y) fillDepth(depth, y, depth_min_m, depth_max_m, pyramid[0].depth_m);
+  });
+  fillLevels(camera, pyramid, workers);
 }
 
 void buildPyramid(const ColourImage& colour, const Image<float>& depth_m, const CameraModel& camera, int levels,
                   Pyramid& pyramid) {
   pyramid.resize(static_cast<size_t>(levels));
-  fillGrey(colour, pyramid[0].grey);
+  resizeImage(pyramid[0].grey, colour.width(), colour.height());
+  for (int y = 0; y < colour.height(); ++y) fillGrey(colour, y, pyramid[0].grey);
   pyramid[0].depth_m = depth_m;
-  fillLevels(camera, pyramid);
+  fillLevels(camera, pyramid, nullptr);
 }
 
-void shrinkDepth(Pyramid& pyramid) {
-  for (size_t l = 1; l < pyramid.size(); ++l) halveDepth(pyramid[l - 1].depth_m, pyramid[l].depth_m);
+void shrinkDepth(Pyramid& pyramid, RowWorkers* workers) {
+  for (size_t l = 1; l < pyramid.size(); ++l) {
+    const Image<float>& fine = pyramid[l - 1].depth_m;
+    resizeImage(pyramid[l].depth_m, fine.width() / 2, fine.height() / 2);
+    shareRows(workers, pyramid[l].depth_m.height(),
+              [&](int begin, int end) { halveDepth(fine, begin, end, pyramid[l].depth_m); });
+  }
 }
 
 }  // namespace comap

@@ -9,6 +9,8 @@
 
 namespace comap {
 
+class RowWorkers;
+
 struct ReferenceOptions {
   int finest_level = 1;
   int coarsest_level = 3;
@@ -32,12 +34,19 @@ struct ReferenceView {
   std::vector<ReferencePoints> levels;  ///< coarsest first
 };
 
+/// The point of one cell of the grid; z = 0: the cell has none.
+struct PickedPoint {
+  Eigen::Vector3f p = Eigen::Vector3f::Zero(), n = Eigen::Vector3f::Zero();
+  Eigen::Vector2f gradient = Eigen::Vector2f::Zero();
+  float grey = 0, sigma_m = 0;
+};
+
 /// Picks per grid cell the pixel with the strongest grey gradient among those with depth, and gives it the normal of
 /// its neighbourhood if that is smooth. Deterministic.
 ReferenceView buildReference(const Pyramid& pyramid, const ReferenceOptions& options, const DepthNoiseModel& noise);
 
-/// The same into the memory of an earlier one.
+/// The same into the memory of an earlier one; `workspace` is memory only. Rows are shared among `workers`.
 void buildReference(const Pyramid& pyramid, const ReferenceOptions& options, const DepthNoiseModel& noise,
-                    ReferenceView& view);
+                    RowWorkers* workers, std::vector<PickedPoint>& workspace, ReferenceView& view);
 
 }  // namespace comap

@@ -18,6 +18,8 @@ double read_ms(clockid_t clock) {
 
 double threadCpu_ms() { return read_ms(CLOCK_THREAD_CPUTIME_ID); }
 
+double processCpu_ms() { return read_ms(CLOCK_PROCESS_CPUTIME_ID); }
+
 double wall_ms() { return read_ms(CLOCK_MONOTONIC); }
 
 bool stayOnOneCore() {

@@ -1,10 +1,13 @@
-// Time and processor of the calling thread.
+// Time and processor, of the calling thread and of the whole program.
 #pragma once
 
 namespace comap {
 
 /// Processor time that this thread has used, milliseconds: other programs do not count, but slow it down somewhat.
 double threadCpu_ms();
+
+/// The same of all threads of this program.
+double processCpu_ms();
 
 /// Milliseconds of a clock that only goes forward.
 double wall_ms();

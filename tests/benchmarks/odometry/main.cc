@@ -18,6 +18,7 @@ struct Arguments {
   std::string config, json;
   bool verbose = false, no_peers = false, allocations = false;
   double minutes = 0;
+  int threads = 1;
 };
 
 int failWith(const Error& error) {
@@ -27,7 +28,7 @@ int failWith(const Error& error) {
 
 int compare(const Arguments& arguments, const AgentConfig& config) {
   BenchmarkRun run;
-  run.one_core = stayOnOneCore();
+  run.one_core = arguments.threads == 1 && stayOnOneCore();
   run.processor = processorName();
   run.load_before = machineLoad();
   const bool peers = !arguments.no_peers && peersBuilt();
@@ -36,6 +37,11 @@ int compare(const Arguments& arguments, const AgentConfig& config) {
   const auto methods = [&](const CameraModel& camera) {
     std::vector<std::unique_ptr<Method>> all;
     all.push_back(std::make_unique<OurOdometry>(config));
+    if (arguments.threads > 1) {
+      AgentConfig threaded = config;
+      threaded.odometry.threads = arguments.threads;
+      all.push_back(std::make_unique<OurOdometry>(threaded));
+    }
     if (peers)
       for (auto& peer : makePeers(camera)) all.push_back(std::move(peer));
     return all;
@@ -133,6 +139,9 @@ int main(int argc, char** argv) {
                  "Instead of comparing: play each sequence to and fro for so many minutes at 30 frames a second, as "
                  "fast as it goes, and watch memory")
       ->check(CLI::PositiveNumber);
+  app.add_option("--threads", arguments.threads,
+                 "Adds a row for the odometry on so many threads; all rows then run free of one core")
+      ->check(CLI::Range(1, 64));
   app.add_flag("--allocations", arguments.allocations, "With --minutes: name the places that allocate (slow)");
   app.add_flag("--no-peers", arguments.no_peers, "CoMap alone");
   app.add_flag("-v,--verbose", arguments.verbose, "A line each frame");
@@ -140,6 +149,10 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
+  }
+  if (arguments.minutes > 0 && arguments.threads > 1) {
+    std::fprintf(stderr, "odometry_benchmark: --threads goes with comparing, not with --minutes\n");
+    return 2;
   }
   if (arguments.minutes > 0 && !arguments.json.empty()) {
     std::fprintf(stderr, "odometry_benchmark: --json goes with comparing, not with --minutes\n");

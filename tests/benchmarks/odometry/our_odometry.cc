@@ -34,7 +34,7 @@ std::string noteOf(const Alignment& a, std::string_view reason) {
 
 Step OurOdometry::step(const Frame& frame) {
   Step step;
-  const double cpu = threadCpu_ms(), wall = wall_ms();
+  const double cpu = processCpu_ms(), wall = wall_ms();
   TrackedFrame tracked;
   {
     const Part part(probe_, "track");
@@ -53,7 +53,7 @@ Step OurOdometry::step(const Frame& frame) {
     const Part part(probe_, "average");
     odometry_.addToKeyframe(tracked);
   }
-  step.cpu_ms = threadCpu_ms() - cpu;
+  step.cpu_ms = processCpu_ms() - cpu;
   step.wall_ms = wall_ms() - wall;
   state_ = step.state = tracked.state;
   step.T_odom_cam = tracked.T_odom_cam;

@@ -8,9 +8,12 @@ namespace comap {
 
 class OurOdometry final : public Method {
  public:
-  explicit OurOdometry(const AgentConfig& config) : keyframe_options_(config.keyframes), odometry_(config.odometry) {}
+  explicit OurOdometry(const AgentConfig& config)
+      : name_(config.odometry.threads == 1 ? "CoMap" : "CoMap x" + std::to_string(config.odometry.threads)),
+        keyframe_options_(config.keyframes),
+        odometry_(config.odometry) {}
 
-  std::string name() const override { return "CoMap"; }
+  std::string name() const override { return name_; }
   Step step(const Frame& frame) override;
 
   /// Called before and after each part of a step ("track", "decide", "keyframe").
@@ -22,6 +25,7 @@ class OurOdometry final : public Method {
   void attach(Probe* probe) { probe_ = probe; }
 
  private:
+  std::string name_;
   KeyframeOptions keyframe_options_;
   VisualOdometry odometry_;
   TrackingState state_ = TrackingState::kOk;

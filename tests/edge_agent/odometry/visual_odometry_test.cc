@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
+#include <vector>
 
 #include "edge_agent/keyframes/keyframe_selector.h"
 #include "tests/scenes/scene.h"
@@ -270,6 +273,39 @@ TEST(VisualOdometry, aRoomOfTheSameShapeWithOtherPicturesIsPoor) {
   for (int i = 0; i < 5; ++i) robot.see(view(i));
   const TrackedFrame tracked = robot.see(Scene::room(2).render(kinectCamera(), walk(5)));
   EXPECT_NE(tracked.state, TrackingState::kOk);
+}
+
+// Also of pictures whose rows do not end with a whole vector.
+TEST(VisualOdometry, givesTheSameBitsOnAnyNumberOfThreads) {
+  for (const int width : {640, 636}) {
+    std::vector<std::unique_ptr<VisualOdometry>> all;
+    for (const int threads : {1, 2, 5}) {
+      OdometryOptions options;
+      options.threads = threads;
+      all.push_back(std::make_unique<VisualOdometry>(options));
+    }
+    CameraModel camera = kinectCamera();
+    camera.width = width;
+    for (int i = 0; i < 16; ++i) {
+      const Frame frame = Scene::room().render(camera, walk(i), i * 33'333'333ll);
+      std::vector<TrackedFrame> tracked;
+      for (auto& odometry : all) {
+        tracked.push_back(odometry->track(frame));
+        if (i % 7 == 0)
+          odometry->makeKeyframe(tracked.back());
+        else
+          odometry->addToKeyframe(tracked.back());
+      }
+      Image<float> depth, other;
+      all[0]->keyframeDepth().writeDepth(depth);
+      for (size_t k = 1; k < all.size(); ++k) {
+        ASSERT_EQ(tracked[k].T_odom_cam.matrix(), tracked[0].T_odom_cam.matrix()) << "frame " << i;
+        ASSERT_EQ(tracked[k].alignment.information, tracked[0].alignment.information) << "frame " << i;
+        all[k]->keyframeDepth().writeDepth(other);
+        ASSERT_TRUE(std::equal(depth.data(), depth.data() + depth.size(), other.data())) << "frame " << i;
+      }
+    }
+  }
 }
 
 }  // namespace
