@@ -50,8 +50,7 @@ Result<Agent::Progress> Agent::takeFrame() {
   const Relocalisation* found = nullptr;
   if (tracked.first && statistics_.keyframes > 0) found = findBack(frame, tracked);
   ++frames_since_keyframe_;
-  const auto reason =
-      keyframeReason(tracked, frames_since_keyframe_, medianDepth(frame.depth), state_, config_.keyframes);
+  const auto reason = keyframeReason(tracked, frames_since_keyframe_, medianDepth(frame.depth), config_.keyframes);
   // The depth of a keyframe is shipped as it is when the next one takes over, or when tracking fails.
   if (!reason.empty() || tracked.state == TrackingState::kLost)
     if (auto closed = closeKeyframe(); !closed) return closed.error();

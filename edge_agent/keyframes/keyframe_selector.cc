@@ -6,11 +6,13 @@
 namespace comap {
 
 std::string_view keyframeReason(const TrackedFrame& tracked, int frames_since, double median_depth_m,
-                                TrackingState previous_state, const KeyframeOptions& options) {
+                                const KeyframeOptions& options) {
   if (tracked.first) return "first";
   // A pose that was only coasted to is no measurement: it must not become an edge.
   if (tracked.state == TrackingState::kLost || !tracked.aligned) return {};
-  if (tracked.state != previous_state) return "state";
+  // Not after every frame that was merely passed over: a camera that fails now and then would make all others
+  // keyframes.
+  if (tracked.changed) return "state";
   const double reach = options.translation_m * std::max(0.25, median_depth_m / 2);
   if (tracked.T_keyframe_cam.translation().norm() > reach) return "translation";
   if (tracked.T_keyframe_cam.angle() > options.rotation_rad) return "rotation";

@@ -17,7 +17,7 @@ struct KeyframeOptions {
 /// Why `tracked` should become a keyframe; empty if it should not.
 /// `frames_since`: frames tracked since the last keyframe; `median_depth_m` of the frame.
 std::string_view keyframeReason(const TrackedFrame& tracked, int frames_since, double median_depth_m,
-                                TrackingState previous_state, const KeyframeOptions& options);
+                                const KeyframeOptions& options);
 
 /// Median of the valid depths, metres; 0 if there are none. From at most 4800 pixels on a grid.
 double medianDepth(const DepthImage& depth);

@@ -22,6 +22,7 @@ TrackedFrame VisualOdometry::track(const Frame& frame) {
     tracked.T_odom_cam = T_odom_last_;
     velocity_.setZero();
     tracked.first = hasEnoughDepth(live_.back());
+    aligned_state_ = TrackingState::kOk;
     if (!tracked.first) tracked.state = TrackingState::kLost;  // nothing to start from: wait for a better frame
     return tracked;
   }
@@ -50,6 +51,10 @@ TrackedFrame VisualOdometry::track(const Frame& frame) {
   tracked.state = attempt.good && !tracked.degenerate    ? TrackingState::kOk
                   : poor_in_a_row_ > options_.lost_after ? TrackingState::kLost
                                                          : TrackingState::kPoor;
+  if (tracked.aligned) {
+    tracked.changed = tracked.state != aligned_state_;
+    aligned_state_ = tracked.state;
+  }
   if (tracked.state == TrackingState::kLost) {
     // The next usable frame begins a new chain; the core may tie it back, the robot does not pretend to know.
     has_reference_ = false;

@@ -39,6 +39,7 @@ struct TrackedFrame {
   TrackingState state = TrackingState::kOk;
   bool first = false;       ///< started a chain: nothing to align to
   bool aligned = false;     ///< the pose is that of an alignment that passed; else it is where constant motion would be
+  bool changed = false;     ///< aligned, but with another state than the frame that was aligned before
   bool degenerate = false;  ///< some direction is not determined by what is in view: there the pose is a prediction
 };
 
@@ -94,6 +95,7 @@ class VisualOdometry {
   Pose T_odom_keyframe_, T_odom_last_;
   Vector6d velocity_ = Vector6d::Zero();  // log of the last frame-to-frame motion
   int poor_in_a_row_ = 0;
+  TrackingState aligned_state_ = TrackingState::kOk;  // of the last frame that was aligned
 };
 
 }  // namespace comap

@@ -43,7 +43,7 @@ Step OurOdometry::step(const Frame& frame) {
   std::string_view reason;
   {
     const Part part(probe_, "decide");
-    reason = keyframeReason(tracked, ++frames_since_keyframe_, medianDepth(frame.depth), state_, keyframe_options_);
+    reason = keyframeReason(tracked, ++frames_since_keyframe_, medianDepth(frame.depth), keyframe_options_);
   }
   if (!reason.empty()) {
     const Part part(probe_, "keyframe");
@@ -55,7 +55,7 @@ Step OurOdometry::step(const Frame& frame) {
   }
   step.cpu_ms = processCpu_ms() - cpu;
   step.wall_ms = wall_ms() - wall;
-  state_ = step.state = tracked.state;
+  step.state = tracked.state;
   step.T_odom_cam = tracked.T_odom_cam;
   step.keyframe = !reason.empty();
   step.note = noteOf(tracked.alignment, reason);

@@ -28,7 +28,6 @@ class OurOdometry final : public Method {
   std::string name_;
   KeyframeOptions keyframe_options_;
   VisualOdometry odometry_;
-  TrackingState state_ = TrackingState::kOk;
   int frames_since_keyframe_ = 0;
   Probe* probe_ = nullptr;
 };

@@ -14,9 +14,8 @@ TrackedFrame calm() {
   return tracked;
 }
 
-std::string_view reasonOf(const TrackedFrame& tracked, int frames_since = 3, double median_depth_m = 2,
-                          TrackingState previous = TrackingState::kOk) {
-  return keyframeReason(tracked, frames_since, median_depth_m, previous, {});
+std::string_view reasonOf(const TrackedFrame& tracked, int frames_since = 3, double median_depth_m = 2) {
+  return keyframeReason(tracked, frames_since, median_depth_m, {});
 }
 
 Pose moved(double metres) { return Pose(Eigen::Quaterniond::Identity(), {0, 0, metres}); }
@@ -33,11 +32,11 @@ TEST(KeyframeSelector, theFirstOfAChainAlways) {
 }
 
 TEST(KeyframeSelector, enteringAndLeavingPoor) {
-  TrackedFrame poor = calm();
-  poor.state = TrackingState::kPoor;
-  EXPECT_EQ(reasonOf(poor, 3, 2, TrackingState::kOk), "state");
-  EXPECT_EQ(reasonOf(poor, 3, 2, TrackingState::kPoor), "");
-  EXPECT_EQ(reasonOf(calm(), 3, 2, TrackingState::kPoor), "state");
+  TrackedFrame changed = calm();
+  changed.changed = true;
+  EXPECT_EQ(reasonOf(changed), "state");
+  changed.aligned = false;
+  EXPECT_EQ(reasonOf(changed), "") << "its pose is no measurement";
 }
 
 TEST(KeyframeSelector, translationScalesWithDepth) {

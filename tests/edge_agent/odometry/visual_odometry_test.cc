@@ -47,21 +47,19 @@ class Robot {
     EXPECT_TRUE(tracked.T_keyframe_cam.isFinite());
     EXPECT_TRUE(tracked.alignment.information.allFinite());
     ++since_;
-    if (!keyframeReason(tracked, since_, medianDepth(frame.depth), state_, {}).empty()) {
+    if (!keyframeReason(tracked, since_, medianDepth(frame.depth), {}).empty()) {
       odometry_.makeKeyframe(tracked);
       since_ = 0;
       ++keyframes_;
     } else {
       odometry_.addToKeyframe(tracked);
     }
-    state_ = tracked.state;
     return tracked;
   }
   int keyframes() const { return keyframes_; }
 
  private:
   VisualOdometry odometry_;
-  TrackingState state_ = TrackingState::kOk;
   int since_ = 0, keyframes_ = 0;
 };
 
@@ -251,6 +249,25 @@ TEST(VisualOdometry, aWallHeldBeforeTheCameraMovesNothing) {
     EXPECT_LT(after.T_odom_cam.translation().norm(), 0.002);
     EXPECT_LT(after.T_odom_cam.angle(), 0.1 * kDegree);
   }
+}
+
+// A camera whose depth fails every other frame: the others are tracked as ever, none is a keyframe for that.
+TEST(VisualOdometry, framesPassedOverMakeNoKeyframes) {
+  Robot robot;
+  for (int i = 0; i < 20; ++i) robot.see(i % 2 == 0 ? view(0) : blackout(i));
+  EXPECT_EQ(robot.keyframes(), 1);
+}
+
+// A wall that leaves directions free is POOR though aligned: its measurements and the good ones get windows of their
+// own.
+TEST(VisualOdometry, aFrameWithFreeDirectionsIsAChange) {
+  VisualOdometry odometry{OdometryOptions{}};
+  const Frame wall = Scene::plainPlane({0, 0, 1.5}, {0, 0, -1}).render(kinectCamera(), Pose());
+  odometry.makeKeyframe(odometry.track(wall));
+  const TrackedFrame first = odometry.track(wall), second = odometry.track(wall);
+  ASSERT_TRUE(first.aligned && first.degenerate);
+  EXPECT_TRUE(first.changed);
+  EXPECT_FALSE(second.changed);
 }
 
 // Carried elsewhere between two frames: it must not go on from there as if it had not moved.
