@@ -37,7 +37,7 @@ Result<AgentConfig> readAgentConfig(const std::string& path) {
   keyframes.read("rotation_rad", config.keyframes.rotation_rad, 0.01, 1);
   keyframes.read("overlap", config.keyframes.overlap, 0.3, 0.99);
   keyframes.read("max_frames", config.keyframes.max_frames, 1, 200);
-  keyframes.read("depth_step_per_m", config.depth_rounding.step_per_m, 0.0001, 0.05);
+  keyframes.read("depth_step_per_m", config.depth_rounding.step_per_m, 0.0001, 0.005);
 
   ConfigReader uplink = reader->section("uplink");
   uint32_t window = static_cast<uint32_t>(config.sender.window);

@@ -50,6 +50,8 @@ AgentReport reportOf(const std::string& robot, const Agent& agent) {
   report.damaged_frames = s.damaged_frames;
   report.poor_frames = s.poor_frames;
   report.lost_frames = s.lost_frames;
+  report.chains = s.chains;
+  report.relocalised = s.relocalised;
   report.uplink_bytes = agent.uplinkBytes();
   report.tile_bytes_received = s.tile_bytes_received;
   report.tiles_received = s.tiles_received;
@@ -96,6 +98,8 @@ Result<void> AgentReportFile::finish(const AgentReport& r) {
                      {"damaged_frames", r.damaged_frames},
                      {"poor_frames", r.poor_frames},
                      {"lost_frames", r.lost_frames},
+                     {"chains", r.chains},
+                     {"relocalised", r.relocalised},
                      {"uplink_bytes", r.uplink_bytes},
                      {"tile_bytes_received", r.tile_bytes_received},
                      {"tiles_received", r.tiles_received},
@@ -128,6 +132,8 @@ Result<AgentReport> readAgentReport(const std::string& path) {
     r.damaged_frames = json.at("damaged_frames").get<uint32_t>();
     r.poor_frames = json.at("poor_frames").get<uint32_t>();
     r.lost_frames = json.at("lost_frames").get<uint32_t>();
+    r.chains = json.at("chains").get<uint32_t>();
+    r.relocalised = json.at("relocalised").get<uint32_t>();
     r.uplink_bytes = json.at("uplink_bytes").get<uint64_t>();
     r.tile_bytes_received = json.at("tile_bytes_received").get<uint64_t>();
     r.tiles_received = json.at("tiles_received").get<uint64_t>();

@@ -15,6 +15,7 @@ struct AgentReport {
   uint64_t session = 0;
   uint32_t frames = 0, keyframes = 0, unacknowledged = 0;
   uint32_t damaged_frames = 0, poor_frames = 0, lost_frames = 0;
+  uint32_t chains = 0, relocalised = 0;  ///< starts without a link; times it found back to a known place
   uint64_t uplink_bytes = 0, tile_bytes_received = 0, tiles_received = 0;
   uint64_t tiles_held = 0, surfels_held = 0;
   MapId map;  ///< the robot's map as it was last told; empty if never

@@ -73,9 +73,18 @@ Result<void> prepareFolder(const std::string& out, bool overwrite) {
   return {};
 }
 
-std::string damagedText(const nlohmann::json& robot) {
-  const int damaged = robot.at("damaged_frames").get<int>();
-  return damaged == 0 ? "" : " (" + std::to_string(damaged) + " damaged ones passed over)";
+// What of the robot's frames was not as it should be; empty if all was well.
+std::string troubleText(const nlohmann::json& robot) {
+  std::string text;
+  const auto tell = [&](const char* key, const char* what) {
+    const int count = robot.at(key).get<int>();
+    if (count > 0) text += (text.empty() ? "" : ", ") + std::to_string(count) + what;
+  };
+  tell("damaged_frames", " damaged and passed over");
+  tell("tracking_poor_frames", " tracked poorly");
+  tell("tracking_lost_frames", " lost");
+  tell("relocalised", " times found back");
+  return text.empty() ? text : " (" + text + ")";
 }
 
 void printSummary(const nlohmann::json& report, const std::string& out) {
@@ -83,7 +92,7 @@ void printSummary(const nlohmann::json& report, const std::string& out) {
     std::printf(
         "robot %-8s %4d frames%s, %3d keyframes (%d lost), %.0f kB/s up, odometry %.1f ms (p95 %.1f), map %s, %d "
         "tiles\n",
-        name.c_str(), robot.at("frames").get<int>(), damagedText(robot).c_str(), robot.at("keyframes").get<int>(),
+        name.c_str(), robot.at("frames").get<int>(), troubleText(robot).c_str(), robot.at("keyframes").get<int>(),
         robot.at("keyframes_lost").get<int>(), robot.at("uplink_bytes_per_s").get<double>() / 1000,
         robot.at("odometry_ms").at("median").get<double>(), robot.at("odometry_ms").at("p95").get<double>(),
         robot.at("map").get<std::string>().c_str(), robot.at("tiles_held").get<int>());

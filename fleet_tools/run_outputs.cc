@@ -78,6 +78,8 @@ Json robotJson(const AgentReport& report, const RunContent& content, const MapId
       {"uplink_bytes_per_s", report.duration_s > 0 ? static_cast<double>(report.uplink_bytes) / report.duration_s : 0},
       {"tracking_poor_frames", report.poor_frames},
       {"tracking_lost_frames", report.lost_frames},
+      {"chains", report.chains},
+      {"relocalised", report.relocalised},
       {"odometry_ms",
        {{"median", report.odometry_ms_median}, {"p95", report.odometry_ms_p95}, {"worst", report.odometry_ms_worst}}},
       {"tiles_received", report.tiles_received},

@@ -9,6 +9,9 @@ namespace comap {
 std::vector<SceneInfo> knownScenes() {
   return {{"flat", "a furnished two-room flat; the robots start in different rooms and meet at the doorway"},
           {"twins", "two rooms furnished alike and apart from each other: a and c in one, b and d in the other"},
+          {"mirror", "a room and its mirror image: a and c in one, b and d in the other"},
+          {"doors", "two corridors with doors all alike: a and c in one, b and d in the other"},
+          {"blank", "two bare rooms of different size, painted white: a and c in one, b and d in the other"},
           {"corridor", "a long painted corridor, poor in texture and shape"}};
 }
 
@@ -20,6 +23,12 @@ Result<Scene> makeScene(const std::string& name, uint64_t seed) {
     furnishFlat(scene, seed);
   } else if (name == "twins") {
     furnishTwins(scene, seed);
+  } else if (name == "mirror") {
+    furnishMirror(scene, seed);
+  } else if (name == "doors") {
+    furnishDoors(scene, seed);
+  } else if (name == "blank") {
+    furnishBlank(scene, seed);
   } else if (name == "corridor") {
     furnishCorridor(scene, seed);
   } else {

@@ -7,6 +7,9 @@ namespace comap {
 
 void furnishFlat(Scene& scene, uint64_t seed);
 void furnishTwins(Scene& scene, uint64_t seed);
+void furnishMirror(Scene& scene, uint64_t seed);
 void furnishCorridor(Scene& scene, uint64_t seed);
+void furnishDoors(Scene& scene, uint64_t seed);
+void furnishBlank(Scene& scene, uint64_t seed);
 
 }  // namespace comap

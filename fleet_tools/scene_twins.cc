@@ -48,6 +48,27 @@ std::vector<WayPoint> roundOf(double x) {
   return round;
 }
 
+// Turns what the scene holds from these on into its mirror image in the plane x = `plane`. Solids are symmetric, so
+// only where they are and how they are turned changes; what is printed on them is not mirrored, as in a house.
+void mirror(Scene& scene, size_t first_primitive, size_t first_lamp, float plane) {
+  const Eigen::DiagonalMatrix<float, 3> flip(-1, 1, 1);
+  for (size_t i = first_primitive; i < scene.primitives.size(); ++i) {
+    Primitive& primitive = scene.primitives[i];
+    primitive.centre.x() = 2 * plane - primitive.centre.x();
+    primitive.R_local_world = flip * primitive.R_local_world * flip;
+  }
+  for (size_t i = first_lamp; i < scene.lamps.size(); ++i)
+    scene.lamps[i].position.x() = 2 * plane - scene.lamps[i].position.x();
+}
+
+std::vector<WayPoint> mirrored(std::vector<WayPoint> round, double plane) {
+  for (WayPoint& point : round) {
+    point.x = 2 * plane - point.x;
+    point.yaw_deg = 180 - point.yaw_deg;
+  }
+  return round;
+}
+
 }  // namespace
 
 void furnishTwins(Scene& scene, uint64_t seed) {
@@ -55,6 +76,16 @@ void furnishTwins(Scene& scene, uint64_t seed) {
   furnishRoom(scene, mixBits(seed, 1), mixBits(seed, 2), 0, 0);
   furnishRoom(scene, mixBits(seed, 1), mixBits(seed, 3), kApart, 4);
   scene.routes = {{roundOf(0), 0, 0}, {roundOf(kApart), 0, 0}, {roundOf(0), 0, 1}, {roundOf(kApart), 0, 1}};
+}
+
+void furnishMirror(Scene& scene, uint64_t seed) {
+  constexpr float kPlane = 6;
+  furnishRoom(scene, mixBits(seed, 1), mixBits(seed, 2), 0, 0);
+  const size_t first_primitive = scene.primitives.size(), first_lamp = scene.lamps.size();
+  furnishRoom(scene, mixBits(seed, 1), mixBits(seed, 2), 0, 0);
+  mirror(scene, first_primitive, first_lamp, kPlane);
+  const auto round = roundOf(0), other = mirrored(roundOf(0), kPlane);
+  scene.routes = {{round, 0, 0}, {other, 0, 0}, {round, 0, 1}, {other, 0, 1}};
 }
 
 }  // namespace comap

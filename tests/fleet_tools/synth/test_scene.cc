@@ -78,7 +78,8 @@ TEST_P(SceneByName, PictureAgreesWithTracingEachRayAlone) {
   const SynthRenderer renderer(*scene, 2);
   const SceneBvh bvh(scene->primitives);
   const CameraModel camera{131.25, 131.25, 79.5, 59.5, 160, 120};
-  const bool rich = std::string(GetParam()) != "corridor";
+  const std::string name = GetParam();
+  const bool rich = name != "corridor" && name != "blank" && name != "doors";
   for (const auto& route : scene->routes) {
     const auto poses = walkRoute(route, 600, 5);
     for (size_t i = 0; i < poses.size(); i += 150) {
@@ -102,7 +103,27 @@ TEST_P(SceneByName, PictureAgreesWithTracingEachRayAlone) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, SceneByName, ::testing::Values("flat", "twins", "corridor"));
+// The mirrored room is the room: each view of it, mirrored, has the same depth.
+TEST(Scene, theMirroredRoomIsTheRoomMirrored) {
+  const auto scene = makeScene("mirror", 3);
+  ASSERT_TRUE(scene);
+  const SynthRenderer renderer(*scene, 2);
+  const CameraModel camera{131.25, 131.25, 79.5, 59.5, 160, 120};
+  const Eigen::DiagonalMatrix<double, 3> world_flip(-1, 1, 1), camera_flip(-1, 1, 1);
+  for (const Pose& pose : walkRoute(scene->routes[0], 7, 5)) {
+    Eigen::Vector3d place = pose.translation();
+    place.x() = 12 - place.x();
+    const Eigen::Matrix3d turn = world_flip * pose.rotationMatrix() * camera_flip;
+    const auto view = renderer.render(camera, pose), other = renderer.render(camera, Pose(Eigen::Quaterniond(turn), place));
+    int differing = 0;
+    for (int y = 0; y < camera.height; ++y)
+      for (int x = 0; x < camera.width; ++x)
+        differing += std::abs(view.depth_m.at(x, y) - other.depth_m.at(camera.width - 1 - x, y)) > 1e-3f;
+    EXPECT_LE(differing, 20);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, SceneByName, ::testing::Values("flat", "twins", "mirror", "doors", "blank", "corridor"));
 
 }  // namespace
 }  // namespace comap
