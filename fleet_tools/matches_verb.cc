@@ -37,12 +37,12 @@ void print(const std::vector<MatchVerdict>& verdicts) {
     return;
   }
   TextTable table({"QUERY", "CANDIDATE", "VERDICT", "FAILED", "FERNS", "INLIERS", "RMS sigma", "DEGENERACY", "GREY",
-                   "THROUGH", "TRIP mm", "TRIP deg", "APART m"});
+                   "THROUGH", "UNLIKE", "FEATURES", "TRIP mm", "TRIP deg", "APART m"});
   for (const MatchVerdict& v : verdicts) {
     table.add({toString(v.query), toString(v.candidate), v.accepted ? "accepted" : v.reason, failedText(v),
                fixed(v.fern_dissimilarity, 3), fixed(v.inlier_ratio, 3), fixed(v.rms_sigma, 2), fixed(v.degeneracy, 5),
-               fixed(v.photometric_median, 1), fixed(v.seen_through, 3), fixed(1000 * v.round_trip_m, 1),
-               fixed(v.round_trip_rad * 180 / std::numbers::pi, 2),
+               fixed(v.photometric_median, 1), fixed(v.seen_through, 3), fixed(v.unlike, 2), fixed(v.features, 2),
+               fixed(1000 * v.round_trip_m, 1), fixed(v.round_trip_rad * 180 / std::numbers::pi, 2),
                fixed(v.T_candidate_query.translation().norm(), 3)});
   }
   std::printf("%s", table.text().c_str());
@@ -76,7 +76,8 @@ void addMatchesVerb(CLI::App& app, int& exit_code) {
   auto* verb = app.add_subcommand("matches", "Every place match that was judged, with the numbers it was judged by");
   verb->footer(
       "FERNS dissimilarity of the codes, INLIERS share of points that agree, RMS of their distance, DEGENERACY\n"
-      "smallest to largest eigenvalue, GREY levels apart, THROUGH share of pixels seen through, TRIP there and back.\n"
+      "smallest to largest eigenvalue, GREY levels apart, THROUGH share of pixels seen through, UNLIKE share of\n"
+      "textured patches that do not look alike, FEATURES share of patches with anything on them, TRIP there and back.\n"
       "FAILED is the number that the reason is about. Below the table: how many verdicts of each reason the store "
       "holds.\n"
       "Example: fleet matches run/map.comap --refused --reason inlier_ratio --robot a");

@@ -16,6 +16,8 @@ std::vector<FailedNumber> failedNumbers(const MatchVerdict& v) {
   if (v.reason == "degenerate") return {{"degeneracy", v.degeneracy}};
   if (v.reason == "photometric") return {{"photometric_median", v.photometric_median}};
   if (v.reason == "seen_through") return {{"seen_through", v.seen_through}};
+  if (v.reason == "unlike") return {{"unlike", v.unlike}};
+  if (v.reason == "featureless") return {{"features", v.features}};
   if (v.reason == "contradiction") return {{"contradicted", v.seen_through}};
   if (v.reason == "round_trip") return {{"round_trip_m", v.round_trip_m}, {"round_trip_rad", v.round_trip_rad}};
   return {};
@@ -35,6 +37,8 @@ nlohmann::json jsonOf(const MatchVerdict& v) {
           {"degeneracy", v.degeneracy},
           {"photometric_median", v.photometric_median},
           {"seen_through", v.seen_through},
+          {"unlike", v.unlike},
+          {"features", v.features},
           {"round_trip_m", v.round_trip_m},
           {"round_trip_rad", v.round_trip_rad},
           {"T_candidate_query", jsonOf(v.T_candidate_query)}};

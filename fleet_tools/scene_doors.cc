@@ -10,7 +10,7 @@ constexpr float kPitch = 2.4f, kWidth = 2.0f, kHeight = 2.5f;
 constexpr int kDoors = 7;
 constexpr float kLength = kPitch * kDoors;
 
-// All doors are alike and stand at even distances on both sides; only their numbers differ.
+// All doors are alike and stand at even distances on both sides; only their numbers differ, and what is on the walls.
 void hangDoor(Furnisher& f, float x, bool south, int number) {
   const float wall = south ? 0 : kWidth, into = south ? 1.0f : -1.0f;
   const auto slab = [&](float x0, float x1, float z0, float z1, float from, float to, const Finish& finish) {
@@ -28,10 +28,14 @@ void furnishFloor(Scene& scene, uint64_t seed, float y, int first_number) {
   Furnisher f(scene, seed, {0, y, 0});
   f.box({-0.2f, -0.2f, -0.2f, kLength + 0.2f, kWidth + 0.2f, 0}, {kChecker, {0.8f, 0.8f, 0.82f}});
   f.box({-0.2f, -0.2f, kHeight, kLength + 0.2f, kWidth + 0.2f, kHeight + 0.2f}, {kPaint, {1.12f, 1.12f, 1.12f}});
-  f.box({-0.2f, -0.2f, 0, kLength + 0.2f, 0, kHeight}, {kPlaster});
-  f.box({-0.2f, kWidth, 0, kLength + 0.2f, kWidth + 0.2f, kHeight}, {kPlaster});
-  f.box({-0.2f, 0, 0, 0, kWidth, kHeight}, {kPlaster});
-  f.box({kLength, 0, 0, kLength + 0.2f, kWidth, kHeight}, {kPlaster});
+  // No two walls are plastered alike.
+  const auto wall = [&](const Span& span) {
+    f.box(span, {kPlaster}).shift = {f.random().uniform(0, 1), f.random().uniform(0, 1)};
+  };
+  wall({-0.2f, -0.2f, 0, kLength + 0.2f, 0, kHeight});
+  wall({-0.2f, kWidth, 0, kLength + 0.2f, kWidth + 0.2f, kHeight});
+  wall({-0.2f, 0, 0, 0, kWidth, kHeight});
+  wall({kLength, 0, 0, kLength + 0.2f, kWidth, kHeight});
   f.skirting({0, 0, 0, kLength, kWidth, 0}, 0.1f);
   for (int i = 0; i < kDoors; ++i) {
     const float x = kPitch * (static_cast<float>(i) + 0.5f);

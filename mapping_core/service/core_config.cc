@@ -39,6 +39,8 @@ Result<CoreConfig> readCoreConfig(const std::string& path) {
   matching.read("degeneracy", mapping.verifier.degeneracy, 0, 1);
   matching.read("photometric_median", mapping.verifier.photometric_median, 1, 255);
   matching.read("seen_through", mapping.verifier.seen_through, 0, 1);
+  matching.read("unlike", mapping.verifier.unlike, 0, 1);
+  matching.read("features", mapping.verifier.features, 0, 1);
   matching.read("votes", votes, 1, 20);
   mapping.candidates = candidates;
   mapping.loop_candidates = loops;
@@ -79,6 +81,8 @@ matching:                # when two keyframes see the same place
   degeneracy: {}         # at least
   photometric_median: {}  # grey levels, at most
   seen_through: {}       # share of pixels, at most
+  unlike: {}             # share of textured patches that do not look alike, at most
+  features: {}           # share of patches with something on them, at least
   votes: {}              # closures that must agree before two maps become one
 ferns:
   seed: {}            # of the book of place codes; the same as the robots'
@@ -89,8 +93,8 @@ tiles:
       c.store, c.device, c.link.domain, c.link.site, c.link.interface_address, c.link.insecure, m.fusion.depth_min_m,
       m.fusion.depth_max_m, m.fusion.stable_confidence, m.fusion.averaging_limit, m.candidates, m.loop_candidates,
       m.max_dissimilarity, m.verifier.inlier_ratio, m.verifier.overlap, m.verifier.rms_sigma, m.verifier.degeneracy,
-      m.verifier.photometric_median, m.verifier.seen_through, m.vote.needed, c.service.fern_seed,
-      c.service.tile_every_keyframes, c.service.tile_spacing_m);
+      m.verifier.photometric_median, m.verifier.seen_through, m.verifier.unlike, m.verifier.features, m.vote.needed,
+      c.service.fern_seed, c.service.tile_every_keyframes, c.service.tile_spacing_m);
 }
 
 }  // namespace comap

@@ -16,7 +16,7 @@ namespace {
 #define COMAP_VERDICT_COLUMNS                                                                            \
   "query_robot, query_session, query_sequence, candidate_robot, candidate_session, candidate_sequence, " \
   "accepted, reason, fern_dissimilarity, inlier_ratio, rms_sigma, degeneracy, photometric_median, "      \
-  "seen_through, round_trip_m, round_trip_rad, " COMAP_POSE_COLUMNS ", " COMAP_INFORMATION_COLUMNS
+  "seen_through, unlike, features, round_trip_m, round_trip_rad, " COMAP_POSE_COLUMNS ", " COMAP_INFORMATION_COLUMNS
 #define COMAP_7 "?, ?, ?, ?, ?, ?, ?"
 #define COMAP_36 \
   "?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?"
@@ -156,13 +156,13 @@ Result<void> MapStore::withdrawEdge(const Edge& edge, uint32_t merge) {
 }
 
 Result<void> MapStore::addVerdict(const MatchVerdict& v) {
-  Result<Query> query =
-      state_->database.query("INSERT INTO verdicts (" COMAP_VERDICT_COLUMNS
-                             ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, " COMAP_7 ", " COMAP_36 ")");
+  Result<Query> query = state_->database.query(
+      "INSERT INTO verdicts (" COMAP_VERDICT_COLUMNS
+      ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, " COMAP_7 ", " COMAP_36 ")");
   if (!query) return query.error();
   query->bind(v.query).bind(v.candidate).bind(int64_t{v.accepted}).bind(v.reason);
   for (const double value : {v.fern_dissimilarity, v.inlier_ratio, v.rms_sigma, v.degeneracy, v.photometric_median,
-                             v.seen_through, v.round_trip_m, v.round_trip_rad}) {
+                             v.seen_through, v.unlike, v.features, v.round_trip_m, v.round_trip_rad}) {
     query->bind(value);
   }
   return query->bind(v.T_candidate_query).bind(v.information).run();
@@ -192,7 +192,7 @@ Result<std::vector<MatchVerdict>> MapStore::verdicts(const VerdictFilter& filter
     v.accepted = query->integer() != 0;
     v.reason = query->text();
     for (double* value : {&v.fern_dissimilarity, &v.inlier_ratio, &v.rms_sigma, &v.degeneracy, &v.photometric_median,
-                          &v.seen_through, &v.round_trip_m, &v.round_trip_rad}) {
+                          &v.seen_through, &v.unlike, &v.features, &v.round_trip_m, &v.round_trip_rad}) {
       *value = query->real();
     }
     v.T_candidate_query = query->pose();

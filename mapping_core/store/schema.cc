@@ -51,7 +51,7 @@ CREATE TABLE verdicts (
   accepted INTEGER NOT NULL,
   reason TEXT NOT NULL,
   fern_dissimilarity REAL, inlier_ratio REAL, rms_sigma REAL, degeneracy REAL, photometric_median REAL,
-  seen_through REAL, round_trip_m REAL, round_trip_rad REAL,
+  seen_through REAL, unlike REAL, features REAL, round_trip_m REAL, round_trip_rad REAL,
   qx REAL, qy REAL, qz REAL, qw REAL, tx REAL, ty REAL, tz REAL,
   @INFORMATION@
 ) STRICT;

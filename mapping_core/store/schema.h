@@ -6,7 +6,7 @@
 namespace comap {
 
 inline constexpr int64_t kStoreApplicationId = 0x436f4d61;  ///< "CoMa" in the file's header
-inline constexpr int64_t kStoreVersion = 2;                 ///< user_version in the file's header
+inline constexpr int64_t kStoreVersion = 3;                 ///< user_version in the file's header
 
 /// Makes the tables in an empty database, all or none.
 Result<void> createSchema(Database& database);

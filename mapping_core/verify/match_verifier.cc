@@ -6,6 +6,7 @@
 
 #include "mapping_core/rgbd/depth_agreement.h"
 #include "mapping_core/rgbd/seeded_alignment.h"
+#include "mapping_core/verify/appearance.h"
 
 namespace comap {
 Alignment MatchVerifier::alignCoarse(const KeyframeView& query, const KeyframeView& candidate) {
@@ -69,6 +70,13 @@ Result<MatchVerdict> MatchVerifier::verify(const KeyframeView& query, const Keyf
   verdict.seen_through = agreement.seen_through;
   if (agreement.seen_through > options_.seen_through) return refuse("seen_through");
   if (agreement.agree < 0.5) return refuse("depth_disagrees");
+
+  const Appearance appearance =
+      compareAppearance(predicted_[kCompareLevel], query.pyramid[kCompareLevel], forth.T_ref_cur, options_.noise);
+  verdict.unlike = appearance.unlikeShare();
+  verdict.features = appearance.featureShare();
+  if (verdict.unlike > options_.unlike) return refuse("unlike");
+  if (verdict.features < options_.features) return refuse("featureless");
 
   const Alignment back = align(query.fine, predicted_, forth.T_ref_cur.inverse(), options, workspace_);
   const Pose loop = forth.T_ref_cur * back.T_ref_cur;

@@ -18,6 +18,8 @@ struct VerifierOptions {
   double degeneracy = 2e-3;
   double photometric_median = 18;  ///< grey levels
   double seen_through = 0.05;      ///< share of pixels
+  double unlike = 0.2;             ///< share of textured patches
+  double features = 0.15;          ///< share of patches
   double behind_m = 0.05;          ///< how far behind the map's surface counts as seen through
   double round_trip_m = 0.02, round_trip_rad = 0.0175;
   double seed_rad = 0.2;  ///< yaw and pitch of the extra seeds

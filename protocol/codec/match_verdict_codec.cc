@@ -20,6 +20,8 @@ codec::Check check(const MatchVerdict& verdict) {
       .finite("degeneracy", verdict.degeneracy)
       .finite("photometric_median", verdict.photometric_median)
       .finite("seen_through", verdict.seen_through)
+      .finite("unlike", verdict.unlike)
+      .finite("features", verdict.features)
       .finite("round_trip_m", verdict.round_trip_m)
       .finite("round_trip_rad", verdict.round_trip_rad)
       .pose("T_candidate_query", verdict.T_candidate_query)
@@ -41,6 +43,8 @@ Result<std::vector<uint8_t>> encodeMatchVerdict(const MatchVerdict& verdict) {
   message.set_degeneracy(verdict.degeneracy);
   message.set_photometric_median(verdict.photometric_median);
   message.set_seen_through(verdict.seen_through);
+  message.set_unlike(verdict.unlike);
+  message.set_features(verdict.features);
   message.set_round_trip_m(verdict.round_trip_m);
   message.set_round_trip_rad(verdict.round_trip_rad);
   codec::write(verdict.T_candidate_query, message.mutable_t_candidate_query());
@@ -66,6 +70,8 @@ Result<MatchVerdict> decodeMatchVerdict(std::span<const uint8_t> bytes) {
   verdict.degeneracy = message->degeneracy();
   verdict.photometric_median = message->photometric_median();
   verdict.seen_through = message->seen_through();
+  verdict.unlike = message->unlike();
+  verdict.features = message->features();
   verdict.round_trip_m = message->round_trip_m();
   verdict.round_trip_rad = message->round_trip_rad();
   verdict.T_candidate_query = *pose;

@@ -80,6 +80,8 @@ struct MatchVerdict {
   double degeneracy = 0;          ///< smallest / largest eigenvalue of the normalised normal matrix
   double photometric_median = 0;  ///< grey levels, after gain and bias
   double seen_through = 0;        ///< share of pixels where the live surface lies behind the map's
+  double unlike = 0;              ///< share of textured patches that do not look alike
+  double features = 0;            ///< share of patches with anything on them that tells places apart
   double round_trip_m = 0, round_trip_rad = 0;
   Pose T_candidate_query;
   Matrix6d information = Matrix6d::Zero();

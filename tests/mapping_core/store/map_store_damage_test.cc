@@ -27,7 +27,7 @@ class MapStoreDamageTest : public StoreTest {
         ASSERT_TRUE(store->addEdge({idOf(i - 1), idOf(i), EdgeKind::kOdometry, poseOf(i), matrixOf(i)}));
       }
     }
-    MatchVerdict verdict{idOf(1), idOf(2), true, "accepted", 0, 0, 0, 0, 0, 0, 0, 0, poseOf(1), matrixOf(1)};
+    MatchVerdict verdict{idOf(1), idOf(2), true, "accepted", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, poseOf(1), matrixOf(1)};
     ASSERT_TRUE(store->addVerdict(verdict));
     ASSERT_TRUE(store->addMerge({1, "a", "b", poseOf(1), {"alpha"}, {idOf(1)}, 3, {}}));
     std::vector<Tile> tiles;

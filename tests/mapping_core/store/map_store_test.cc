@@ -72,10 +72,10 @@ TEST_F(MapStoreTest, edgesComeBackToTheBit) {
 TEST_F(MapStoreTest, verdictsKeepEveryNumber) {
   auto store = create();
   ASSERT_TRUE(store);
-  MatchVerdict verdict{idOf(1), idOf(2, "bravo"), true,       "accepted", 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7,
-                       0.8,     poseOf(1),        matrixOf(1)};
+  MatchVerdict verdict{idOf(1), idOf(2, "bravo"), true,       "accepted", 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9,
+                       0.95,    poseOf(1),        matrixOf(1)};
   ASSERT_TRUE(store->addVerdict(verdict));
-  MatchVerdict odd{idOf(3), idOf(4), false, "it's \"odd\"; DROP TABLE verdicts", 0, 0, 0, 0, 0, 0, 0, 0, {}, {}};
+  MatchVerdict odd{idOf(3), idOf(4), false, "it's \"odd\"; DROP TABLE verdicts", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {}, {}};
   odd.rms_sigma = std::numeric_limits<double>::quiet_NaN();
   odd.degeneracy = std::numeric_limits<double>::infinity();
   ASSERT_TRUE(store->addVerdict(odd));
@@ -89,8 +89,8 @@ TEST_F(MapStoreTest, verdictsKeepEveryNumber) {
   EXPECT_TRUE(v.accepted);
   EXPECT_EQ(v.reason, "accepted");
   EXPECT_EQ((std::array{v.fern_dissimilarity, v.inlier_ratio, v.rms_sigma, v.degeneracy, v.photometric_median,
-                        v.seen_through, v.round_trip_m, v.round_trip_rad}),
-            (std::array{0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8}));
+                        v.seen_through, v.unlike, v.features, v.round_trip_m, v.round_trip_rad}),
+            (std::array{0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95}));
   expectSame(v.T_candidate_query, verdict.T_candidate_query);
   EXPECT_EQ(v.information, verdict.information);
   EXPECT_EQ((*back)[1].reason, odd.reason);

@@ -25,6 +25,8 @@ MatchVerdict sample(samples::Random& random) {
           number(),
           number(),
           number(),
+          number(),
+          number(),
           samples::pose(random),
           samples::information(random)};
 }
@@ -47,6 +49,8 @@ TEST(MatchVerdictCodec, RoundTrip) {
     EXPECT_EQ(back->degeneracy, verdict.degeneracy);
     EXPECT_EQ(back->photometric_median, verdict.photometric_median);
     EXPECT_EQ(back->seen_through, verdict.seen_through);
+    EXPECT_EQ(back->unlike, verdict.unlike);
+    EXPECT_EQ(back->features, verdict.features);
     EXPECT_EQ(back->round_trip_m, verdict.round_trip_m);
     EXPECT_EQ(back->round_trip_rad, verdict.round_trip_rad);
     EXPECT_TRUE(samples::near(back->T_candidate_query, verdict.T_candidate_query));
