@@ -48,7 +48,8 @@ bool PlaceIndex::add(uint32_t place, const FernCode& code) {
 }
 
 std::vector<PlaceCandidate> PlaceIndex::query(const FernCode& code, size_t count,
-                                              const std::function<bool(uint32_t)>& admit) const {
+                                              const std::function<bool(uint32_t)>& admit,
+                                              double max_dissimilarity) const {
   if (places_.empty() || code.book_hash != book_hash_ || code.codes.size() != ferns_) return {};
   const std::vector<Slice> asked = sliced(code);
   std::vector<PlaceCandidate> candidates;
@@ -62,7 +63,9 @@ std::vector<PlaceCandidate> PlaceIndex::query(const FernCode& code, size_t count
           a.code & b.code &
           ~((a.bits[0] ^ b.bits[0]) | (a.bits[1] ^ b.bits[1]) | (a.bits[2] ^ b.bits[2]) | (a.bits[3] ^ b.bits[3])));
     }
-    if (equal > 0) candidates.push_back({places_[slot], dissimilarityOf(joint, equal, ferns_)});
+    if (equal == 0) continue;
+    const PlaceCandidate candidate{places_[slot], dissimilarityOf(joint, equal, ferns_)};
+    if (candidate.dissimilarity <= max_dissimilarity) candidates.push_back(candidate);
   }
   // The caller's question may cost more than the comparison: it is asked only of those that come next.
   const auto after = [](const PlaceCandidate& a, const PlaceCandidate& b) {

@@ -23,10 +23,12 @@ class PlaceIndex {
   /// `place` is the caller's number for the keyframe. False if the code's size or book differs from earlier ones.
   bool add(uint32_t place, const FernCode& code);
 
-  /// The `count` most similar places that `admit` lets pass, most similar first; ties by lower number. `admit` is asked
-  /// only of places that are more similar than the last one found; it must not depend on the order of asking.
+  /// The `count` most similar places that `admit` lets pass, most similar first; ties by lower number; none that
+  /// differs by more than `max_dissimilarity`. `admit` is asked only of places that are more similar than the last one
+  /// found; it must not depend on the order of asking.
   std::vector<PlaceCandidate> query(const FernCode& code, size_t count,
-                                    const std::function<bool(uint32_t place)>& admit) const;
+                                    const std::function<bool(uint32_t place)>& admit,
+                                    double max_dissimilarity = 1) const;
   size_t size() const { return places_.size(); }
 
  private:

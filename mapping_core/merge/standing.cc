@@ -69,4 +69,21 @@ Standing standingOf(std::span<const KeyframeId> keyframes, std::span<const Edge>
   return standing;
 }
 
+std::optional<std::pair<std::vector<KeyframeId>, std::vector<KeyframeId>>> sidesOf(
+    uint32_t merge, std::span<const KeyframeId> keyframes, std::span<const Edge> edges,
+    std::span<const MergeRecord> merges, size_t votes_needed) {
+  const Standing with = standingOf(keyframes, edges, merges, votes_needed);
+  const auto join =
+      std::find_if(with.joins.begin(), with.joins.end(), [&](const Join& one) { return one.merge == merge; });
+  if (join == with.joins.end()) return std::nullopt;
+  std::vector<MergeRecord> others(merges.begin(), merges.end());
+  std::erase_if(others, [&](const MergeRecord& one) { return one.number == merge; });
+  const ComponentSet without = standingOf(keyframes, edges, others, votes_needed).components;
+  KeyframeId first = without.anchorOf(join->closures.front().from);
+  KeyframeId second = without.anchorOf(join->closures.front().to);
+  if (first == second) return std::nullopt;
+  if (second < first) std::swap(first, second);
+  return std::pair{without.members(first), without.members(second)};
+}
+
 }  // namespace comap

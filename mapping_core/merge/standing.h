@@ -2,7 +2,9 @@
 // records, so that a core that lives, one that was restarted and a store at rest agree.
 #pragma once
 
+#include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "mapping_core/merge/component.h"
@@ -30,5 +32,11 @@ struct Standing {
 /// map. An edge of a keyframe that is not among `keyframes` counts as apart.
 Standing standingOf(std::span<const KeyframeId> keyframes, std::span<const Edge> edges,
                     std::span<const MergeRecord> merges, size_t votes_needed);
+
+/// The two maps that there would be without `merge`: the keyframes on its closures' sides, that of the smaller anchor
+/// first. Nothing if the merge does not join anything now, or if its sides would be one map without it.
+std::optional<std::pair<std::vector<KeyframeId>, std::vector<KeyframeId>>> sidesOf(
+    uint32_t merge, std::span<const KeyframeId> keyframes, std::span<const Edge> edges,
+    std::span<const MergeRecord> merges, size_t votes_needed);
 
 }  // namespace comap

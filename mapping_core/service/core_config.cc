@@ -27,12 +27,13 @@ Result<CoreConfig> readCoreConfig(const std::string& path) {
   fusion.read("averaging_limit", mapping.fusion.averaging_limit, 1, 1000);
 
   ConfigReader matching = reader->section("matching");
-  uint32_t candidates = static_cast<uint32_t>(mapping.candidates);
-  uint32_t loops = static_cast<uint32_t>(mapping.loop_candidates);
+  uint32_t candidates = static_cast<uint32_t>(mapping.search.candidates);
+  uint32_t loops = static_cast<uint32_t>(mapping.search.loop_candidates);
   uint32_t votes = static_cast<uint32_t>(mapping.vote.needed);
+  uint32_t witnesses = static_cast<uint32_t>(mapping.probation.witnesses);
   matching.read("candidates", candidates, 0, 100);
   matching.read("loop_candidates", loops, 0, 100);
-  matching.read("max_dissimilarity", mapping.max_dissimilarity, 0, 1);
+  matching.read("max_dissimilarity", mapping.search.max_dissimilarity, 0, 1);
   matching.read("inlier_ratio", mapping.verifier.inlier_ratio, 0, 1);
   matching.read("overlap", mapping.verifier.overlap, 0, 1);
   matching.read("rms_sigma", mapping.verifier.rms_sigma, 0.1, 10);
@@ -42,9 +43,11 @@ Result<CoreConfig> readCoreConfig(const std::string& path) {
   matching.read("unlike", mapping.verifier.unlike, 0, 1);
   matching.read("features", mapping.verifier.features, 0, 1);
   matching.read("votes", votes, 1, 20);
-  mapping.candidates = candidates;
-  mapping.loop_candidates = loops;
+  matching.read("witnesses", witnesses, 0, 10000);
+  mapping.search.candidates = candidates;
+  mapping.search.loop_candidates = loops;
   mapping.vote.needed = votes;
+  mapping.probation.witnesses = witnesses;
 
   reader->section("ferns").read("seed", config.service.fern_seed);
 
@@ -84,6 +87,7 @@ matching:                # when two keyframes see the same place
   unlike: {}             # share of textured patches that do not look alike, at most
   features: {}           # share of patches with something on them, at least
   votes: {}              # closures that must agree before two maps become one
+  witnesses: {}          # later keyframes that must confirm it; until then what contradicts it undoes it
 ferns:
   seed: {}            # of the book of place codes; the same as the robots'
 tiles:
@@ -91,10 +95,11 @@ tiles:
   spacing_m: {}          # level of detail that goes to robots
 )",
       c.store, c.device, c.link.domain, c.link.site, c.link.interface_address, c.link.insecure, m.fusion.depth_min_m,
-      m.fusion.depth_max_m, m.fusion.stable_confidence, m.fusion.averaging_limit, m.candidates, m.loop_candidates,
-      m.max_dissimilarity, m.verifier.inlier_ratio, m.verifier.overlap, m.verifier.rms_sigma, m.verifier.degeneracy,
-      m.verifier.photometric_median, m.verifier.seen_through, m.verifier.unlike, m.verifier.features, m.vote.needed,
-      c.service.fern_seed, c.service.tile_every_keyframes, c.service.tile_spacing_m);
+      m.fusion.depth_max_m, m.fusion.stable_confidence, m.fusion.averaging_limit, m.search.candidates,
+      m.search.loop_candidates, m.search.max_dissimilarity, m.verifier.inlier_ratio, m.verifier.overlap,
+      m.verifier.rms_sigma, m.verifier.degeneracy, m.verifier.photometric_median, m.verifier.seen_through,
+      m.verifier.unlike, m.verifier.features, m.vote.needed, m.probation.witnesses, c.service.fern_seed, c.service.tile_every_keyframes,
+      c.service.tile_spacing_m);
 }
 
 }  // namespace comap

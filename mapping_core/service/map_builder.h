@@ -11,12 +11,14 @@
 #include <string>
 #include <vector>
 
-#include "mapping_core/ferns/place_index.h"
 #include "mapping_core/graph/keyframe_graph.h"
 #include "mapping_core/merge/standing.h"
+#include "mapping_core/service/merge_watch.h"
 #include "mapping_core/store/map_store.h"
 #include "mapping_core/surfels/surfel_map.h"
+#include "mapping_core/verify/candidate_search.h"
 #include "mapping_core/verify/covisibility.h"
+#include "mapping_core/verify/keyframe_shelf.h"
 #include "mapping_core/verify/match_verifier.h"
 #include "mapping_core/verify/merge_check.h"
 #include "mapping_core/verify/vote.h"
@@ -28,14 +30,12 @@ struct MapBuilderOptions {
   VerifierOptions verifier;
   VoteOptions vote;
   MergeCheckOptions merge_check;
+  ProbationOptions probation;
   CovisibilityOptions covisibility;
   size_t live_ties = 3;  ///< covisibility edges that a keyframe gets when it comes; the others by refine()
   int refine_rounds = 2;
   GraphOptions graph;
-  size_t candidates = 3;            ///< per keyframe in other maps
-  size_t loop_candidates = 2;       ///< per keyframe in its own map
-  double max_dissimilarity = 0.45;  ///< of a fern candidate
-  uint32_t loop_gap = 20;           ///< keyframes of one robot nearer in sequence are neighbours, not loops
+  SearchOptions search;
   size_t cached_views = 128;
   double move_m = 0.002;  ///< pose changes below leave the surfels alone
 };
@@ -45,8 +45,9 @@ struct MapChange {
   MapId map;
   std::vector<MatchVerdict> verdicts;
   std::vector<MergeRecord> merges;
-  std::vector<MergeRecord> undone;  ///< merges that were taken back
-  bool poses_changed = false;       ///< of keyframes that were there before
+  std::vector<MergeRecord> undone;      ///< merges that were taken back
+  std::vector<Confirmation> confirmed;  ///< merges that are beyond doubt now
+  bool poses_changed = false;           ///< of keyframes that were there before
 };
 
 /// Thread rule: one thread. What a call changes of keyframes, edges, verdicts and merges is in the store before it
@@ -99,6 +100,8 @@ class MapBuilder {
   /// Writes all poses to the store: the graph moves keyframes by less than is worth writing at once.
   Result<void> storePoses();
 
+  /// Merges that are still on probation.
+  std::vector<Confirmation> onProbation() const { return watch_.open(); }
   const ComponentSet& components() const { return components_; }
   const std::map<KeyframeId, Pose>& poses() const { return T_map_cam_; }
   /// The surfels of the map anchored at `anchor`.
@@ -106,24 +109,40 @@ class MapBuilder {
 
  private:
   struct Entry {
-    uint32_t index = 0;  // in order of arrival: owner of surfels, place of the fern index
+    uint32_t index = 0;  // in order of arrival: owner of surfels
     uint32_t robot = 0;
+  };
+
+  // A map's poses as the graph has them, and the merges none of whose closures it can agree with.
+  struct SolvedMap {
+    std::map<KeyframeId, Pose> T_map_cam;
+    std::vector<uint32_t> overruled;
   };
 
   Result<void> place(const Keyframe& keyframe, const Entry& entry);
   Result<void> fuse(const Keyframe& keyframe, const Entry& entry);
   Result<std::vector<MatchVerdict>> match(const Keyframe& keyframe);
   Result<void> connect(const MatchVerdict& verdict, MapChange& change);
-  Result<Evidence> weighMerge(const std::vector<Closure>& closures);
+  Result<void> propose(const MatchVerdict& verdict, MapChange& change);
+  Result<void> close(const Closure& closure, MapChange& change);
+  void doomOverruled(const SolvedMap& solved);
+  Result<double> weighMerge(const std::vector<Closure>& closures);
+  Result<std::vector<uint32_t>> partedBetween(const KeyframeId& a, const KeyframeId& b) const;
   Result<std::vector<PlacedSketch>> sketchesOf(const KeyframeId& anchor);
   Result<MergeRecord> merge(const std::vector<Closure>& closures);
-  Result<void> addEdge(const Closure& closure, uint32_t merge = 0);
+  Result<void> castAll(MapChange& change);
+  Result<void> judgeMerges(const KeyframeId& id, MapChange& change);
+  Result<void> undo(uint32_t merge, const std::string& reason, MapChange& change);
+  Result<void> watch(const MergeRecord& merge);
+  Result<void> watchStanding();
+  Result<void> refreshWatch();
 
   Result<void> tie(const KeyframeId& id, size_t most, std::span<const PlacedSketch> members);
   void indexTies();
   Result<void> tieAnew(const KeyframeId& from, const KeyframeId& to);
+  Result<SolvedMap> solve(const KeyframeId& anchor) const;
+  Result<bool> apply(const KeyframeId& anchor, const std::map<KeyframeId, Pose>& T_map_cam);
   Result<bool> optimise(const KeyframeId& anchor);
-  Result<std::shared_ptr<const KeyframeView>> viewOf(const KeyframeId& id);
   Result<Keyframe> load(const KeyframeId& id) const;
   std::map<KeyframeId, Pose> posesOf(const KeyframeId& anchor) const;
   Result<Standing> readStanding() const;
@@ -142,11 +161,13 @@ class MapBuilder {
   std::map<KeyframeId, SurfelMap> maps_;  // by anchor
   std::set<KeyframeId> stale_;            // anchors of maps whose surfels were moved since they were fused
   std::deque<KeyframeId> unfused_;        // have a pose, but their map's surfels were thrown away
-  PlaceIndex places_;
+  CandidateSearch search_;
   VoteBox votes_;
   MatchVerifier verifier_;
-  KeyframeViewCache views_;
-  std::map<KeyframeId, Sketch> sketches_;  // of keyframes seen since the start; others are made when asked for
+  KeyframeShelf shelf_;
+  MergeWatch watch_;
+  std::vector<Objection> doomed_;  // merges that the graph contradicts, until judgeMerges() undoes them
+  bool recast_due_ = false;        // votes wait for a map that came apart
   PointResiduals tie_workspace_;
   // Ties that were tried, and the relative pose from which: places in edges_ if they held.
   struct Tie {

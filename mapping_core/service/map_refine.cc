@@ -36,9 +36,9 @@ Result<void> MapBuilder::tieAnew(const KeyframeId& a, const KeyframeId& b) {
         change.translation().norm() > options_.covisibility.moved_m || change.angle() > options_.covisibility.moved_rad;
     if (!moved) return {};
   }
-  auto from_view = viewOf(from);
+  auto from_view = shelf_.view(from);
   if (!from_view) return from_view.error();
-  auto to_view = viewOf(to);
+  auto to_view = shelf_.view(to);
   if (!to_view) return to_view.error();
   const auto edge = alignCovisible(**from_view, **to_view, T_from_to, options_.covisibility, tie_workspace_);
   Tie& tie = ties_[{from, to}];

@@ -34,7 +34,7 @@ Result<void> MapBuilder::restore() {
     const Entry entry{static_cast<uint32_t>(by_index_.size()), robot->second};
     entries_[stored.id] = entry;
     by_index_.push_back(stored.id);
-    if (!places_.add(entry.index, keyframe->fern_code))
+    if (!search_.add(stored.id, keyframe->fern_code))
       return Error{ErrorCode::kBadData, "keyframe " + toString(stored.id) + ": fern code is of another book"};
   }
 
@@ -52,7 +52,8 @@ Result<void> MapBuilder::restore() {
   if (!transaction) return transaction.error();
   if (auto reshaped = reshape(std::move(*standing), {anchors.begin(), anchors.end()}); !reshaped) return reshaped;
   if (auto committed = transaction->commit(); !committed) return committed;
-  return restoreVotes();
+  if (auto votes = restoreVotes(); !votes) return votes;
+  return watchStanding();
 }
 
 // Accepted, but no edge, neither one that holds nor one that was withdrawn, and not refused as a vote: still one.
@@ -71,29 +72,9 @@ Result<void> MapBuilder::restoreVotes() {
   for (const MatchVerdict& verdict : *verdicts) {
     if (!entries_.contains(verdict.query) || !entries_.contains(verdict.candidate)) continue;
     if (decided.contains(pairOf(verdict.query, verdict.candidate))) continue;
-    if (components_.together(verdict.query, verdict.candidate)) continue;
     votes_.keep({verdict.query, verdict.candidate, verdict.T_candidate_query, verdict.information});
   }
   return {};
-}
-
-Result<MapChange> MapBuilder::recast() {
-  auto transaction = store_.begin();
-  if (!transaction) return transaction.error();
-  MapChange change;
-  for (const Closure& closure : votes_.takeAll()) {
-    MatchVerdict verdict;
-    verdict.query = closure.query;
-    verdict.candidate = closure.candidate;
-    verdict.accepted = true;
-    verdict.reason = "accepted";
-    verdict.T_candidate_query = closure.T_candidate_query;
-    verdict.information = closure.information;
-    if (auto connected = connect(verdict, change); !connected) return connected.error();
-  }
-  if (auto stored = storePoses(); !stored) return stored.error();
-  if (auto committed = transaction->commit(); !committed) return committed.error();
-  return change;
 }
 
 }  // namespace comap

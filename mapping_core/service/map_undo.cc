@@ -37,27 +37,34 @@ Result<MapChange> MapBuilder::split(uint32_t number, const std::string& reason) 
   if (reason.empty()) return wrongUse(number, "cannot be undone without a reason");
   auto transaction = store_.begin();
   if (!transaction) return transaction.error();
+  MapChange change;
+  if (auto undone = undo(number, reason, change); !undone) return undone.error();
+  if (auto committed = transaction->commit(); !committed) return committed.error();
+  return change;
+}
+
+Result<void> MapBuilder::undo(uint32_t number, const std::string& reason, MapChange& change) {
   const auto merges = store_.merges();
   if (!merges) return merges.error();
   auto record = recordOf(*merges, number);
   if (!record) return record.error();
   if (!record->undone.empty()) return wrongUse(number, "is undone already: " + record->undone);
 
-  MapChange change;
   change.poses_changed = true;
-  const auto undo = [&](MergeRecord merge, const std::string& why) -> Result<void> {
+  const auto note = [&](MergeRecord merge, const std::string& why) -> Result<void> {
     merge.undone = why;
+    watch_.close(merge.number);
     change.undone.push_back(std::move(merge));
     return store_.undoMerge(change.undone.back().number, why, number);
   };
-  if (auto undone = undo(*record, reason); !undone) return undone.error();
+  if (auto undone = note(*record, reason); !undone) return undone.error();
   auto standing = readStanding();
   if (!standing) return standing.error();
   for (const uint32_t other : standing->unsupported) {
     const auto lost = recordOf(*merges, other);
     if (!lost) return lost.error();
     const std::string why = "too few of its closures are left without merge " + std::to_string(number);
-    if (auto undone = undo(*lost, why); !undone) return undone.error();
+    if (auto undone = note(*lost, why); !undone) return undone.error();
   }
   std::set<KeyframeId> changed;
   for (const Edge& edge : standing->apart) {
@@ -67,9 +74,8 @@ Result<MapChange> MapBuilder::split(uint32_t number, const std::string& reason) 
   }
   if (changed.empty()) return Error{ErrorCode::kProblem, "merge " + std::to_string(number) + " has no closures"};
   change.map = mapIdOf(*changed.begin());
-  if (auto reshaped = reshape(std::move(*standing), changed); !reshaped) return reshaped.error();
-  if (auto committed = transaction->commit(); !committed) return committed.error();
-  return change;
+  if (auto reshaped = reshape(std::move(*standing), changed); !reshaped) return reshaped;
+  return refreshWatch();
 }
 
 Result<MapChange> MapBuilder::rejoin(uint32_t number) {
@@ -120,6 +126,13 @@ Result<MapChange> MapBuilder::rejoin(uint32_t number) {
   const KeyframeId anchor = standing->components.anchorOf(join->closures.front().from);
   change.map = mapIdOf(anchor);
   if (auto reshaped = reshape(std::move(*standing), {anchor}); !reshaped) return reshaped.error();
+  if (auto refreshed = refreshWatch(); !refreshed) return refreshed.error();
+  // On probation again, with what comes from now on: what was known has been overruled.
+  for (MergeRecord& again : change.merges) {
+    again.keyframes_ingested = static_cast<uint32_t>(by_index_.size());
+    if (auto stored = store_.addMerge(again); !stored) return stored.error();
+    if (auto watched = watch(again); !watched) return watched.error();
+  }
   if (auto committed = transaction->commit(); !committed) return committed.error();
   return change;
 }

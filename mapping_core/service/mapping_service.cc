@@ -1,5 +1,7 @@
 #include "mapping_core/service/mapping_service.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 
 #include "mapping_core/ferns/fern_book.h"
@@ -13,6 +15,11 @@ namespace {
 constexpr uint32_t kResendAfterInterests = 6;  // a tile not yet reported as held after so many was lost on the way
 constexpr size_t kFusedAtOnce = 4;             // keyframes whose surfels are missing, between looking for messages
 constexpr double kInterestsPerSecond = 2;      // share of the per-second budget that one interest may use
+
+std::string describe(const Confirmation& heard) {
+  return fmt::format("confirmed by {} later keyframes and {} closures, {:.2f} % of the common surface contradicts it",
+                     heard.witnesses, heard.supporters, 100 * heard.contradicted);
+}
 
 }  // namespace
 
@@ -186,6 +193,8 @@ void MappingService::announceMerges(const MapChange& change) {
     log_("maps " + merge.kept + " and " + merge.absorbed + " are two again: " + merge.undone);
     send(Topic::kMerge, "", encodeMergeRecord(merge));
   }
+  for (const Confirmation& one : change.confirmed)
+    log_("merge " + std::to_string(one.merge) + " is beyond doubt: " + describe(one));
   if (change.undone.empty()) return;
   for (const KeyframeId& anchor : builder_.components().anchors()) ++unpublished_[anchor];
 }
@@ -278,6 +287,8 @@ Result<void> MappingService::refreshTiles() {
 Result<void> MappingService::finish(const std::function<void(size_t, size_t)>& progress) {
   while (ingest_.hasNext())
     if (auto mapped = mapNext(); !mapped) return mapped;
+  for (const Confirmation& one : builder_.onProbation())
+    log_("merge " + std::to_string(one.merge) + " is still on probation: " + describe(one));
   const auto tiles = finishMaps(builder_, store_, options_.mapping.fusion.stable_confidence, progress);
   if (!tiles) return tiles.error();
   return store_.setMeta("complete", "yes");

@@ -16,25 +16,41 @@ std::optional<Closure> oriented(const Closure& closure, const Closure& like, con
   return std::nullopt;
 }
 
+// As `like` has its maps. Measured where `like`'s query stands, not at the far origin.
+bool sameTransform(const Closure& same, const Closure& like, const std::map<KeyframeId, Pose>& T_map_cam,
+                   const VoteOptions& options) {
+  const Pose T_a_b = queryInCandidateMap(same, T_map_cam) * T_map_cam.at(same.query).inverse();
+  const Pose difference = queryInCandidateMap(like, T_map_cam).inverse() * T_a_b * T_map_cam.at(like.query);
+  return difference.translation().norm() <= options.agree_m && difference.angle() <= options.agree_rad;
+}
+
 }  // namespace
+
+bool agree(const Closure& a, const Closure& b, const Together& together, const std::map<KeyframeId, Pose>& T_map_cam,
+           const VoteOptions& options) {
+  const auto same = oriented(b, a, together);
+  return same && sameTransform(*same, a, T_map_cam, options);
+}
+
+bool fits(const Closure& closure, const std::map<KeyframeId, Pose>& T_map_cam, const VoteOptions& options) {
+  const Pose difference = queryInCandidateMap(closure, T_map_cam).inverse() * T_map_cam.at(closure.query);
+  return difference.translation().norm() <= options.agree_m && difference.angle() <= options.agree_rad;
+}
+
+bool independent(const Closure& a, const Closure& b) {
+  return a.query != b.query && a.candidate != b.candidate && a.query != b.candidate && a.candidate != b.query;
+}
 
 std::optional<std::vector<Closure>> VoteBox::cast(const Closure& closure, const Together& together,
                                                   const std::map<KeyframeId, Pose>& T_map_cam) {
-  const Pose T_a_query = queryInCandidateMap(closure, T_map_cam);
-  const Pose T_b_query = T_map_cam.at(closure.query);
   std::vector<Closure> agreeing{closure};
   for (const Closure& other : pending_) {
     const auto same = oriented(other, closure, together);
     if (!same) continue;
     // Two closures that share a keyframe rest on the same picture: that is no second opinion.
-    const bool independent = std::none_of(agreeing.begin(), agreeing.end(), [&](const Closure& one) {
-      return one.query == same->query || one.candidate == same->candidate;
-    });
-    if (!independent) continue;
-    const Pose T_a_b_other = queryInCandidateMap(*same, T_map_cam) * T_map_cam.at(same->query).inverse();
-    const Pose difference = T_a_query.inverse() * T_a_b_other * T_b_query;
-    if (difference.translation().norm() <= options_.agree_m && difference.angle() <= options_.agree_rad)
-      agreeing.push_back(*same);
+    const bool second =
+        std::all_of(agreeing.begin(), agreeing.end(), [&](const Closure& one) { return independent(one, *same); });
+    if (second && sameTransform(*same, closure, T_map_cam, options_)) agreeing.push_back(*same);
   }
   if (agreeing.size() < options_.needed) {
     pending_.push_back(closure);

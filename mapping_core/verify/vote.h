@@ -20,6 +20,17 @@ struct VoteOptions {
 
 using Together = std::function<bool(const KeyframeId&, const KeyframeId&)>;
 
+/// Whether two closures say the same of how two maps lie to each other; `b` is turned first if it runs the other way.
+/// `together` tells whether two keyframes are in one of these maps. False if they join other maps.
+bool agree(const Closure& a, const Closure& b, const Together& together, const std::map<KeyframeId, Pose>& T_map_cam,
+           const VoteOptions& options);
+
+/// Whether the map has the closure's keyframes where it says they are, both being in one map.
+bool fits(const Closure& closure, const std::map<KeyframeId, Pose>& T_map_cam, const VoteOptions& options);
+
+/// Whether two closures share no keyframe: those that do rest on the same picture.
+bool independent(const Closure& a, const Closure& b);
+
 /// Accepted closures between maps that are not one yet.
 class VoteBox {
  public:
@@ -34,6 +45,7 @@ class VoteBox {
   void keep(const Closure& closure) { pending_.push_back(closure); }
   /// Empties the box. Closures in the order in which they came.
   std::vector<Closure> takeAll() { return std::exchange(pending_, {}); }
+  const std::vector<Closure>& all() const { return pending_; }
   size_t pending() const { return pending_.size(); }
 
  private:

@@ -45,7 +45,7 @@ TEST_F(MapRestore, VotesThatWaitedStillCount) {
   auto store = create();
   ASSERT_TRUE(store);
   MapBuilderOptions options = roomOptions();
-  options.candidates = 1;
+  options.search.candidates = 1;
   uint32_t next = 0;
   const auto accepted = [&] { return store->verdicts({true, "", ""})->size(); };
   {

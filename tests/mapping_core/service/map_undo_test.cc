@@ -46,7 +46,7 @@ TEST_F(MapUndo, PartsAreWhatTheyWouldBeWithoutTheMergeAndRejoinedTheyAreWhatThey
   auto apart_store = MapStore::open(apart_path, MapStore::Mode::kCreateOrOpen);
   ASSERT_TRUE(apart_store);
   MapBuilderOptions blind = roomOptions();
-  blind.max_dissimilarity = -1;
+  blind.search.max_dissimilarity = -1;
   MapBuilder apart(device, *apart_store, blind);
   mapTurns(apart, *apart_store, "ab", 0, 8);
   size_t loops = 0;

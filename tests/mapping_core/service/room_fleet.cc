@@ -1,5 +1,6 @@
 #include "tests/mapping_core/service/room_fleet.h"
 
+#include <algorithm>
 #include <random>
 
 #include "mapping_core/ferns/fern_encoder.h"
@@ -10,19 +11,22 @@
 namespace comap {
 namespace {
 
-Pose T_world_cam(char robot, uint32_t sequence) {
-  const int r = robot - 'a';
+bool elsewhere(char robot) { return robot >= 'x'; }
+
+}  // namespace
+
+Pose roomPose(char robot, uint32_t sequence) {
+  const int r = elsewhere(robot) ? robot - 'w' : robot - 'a';
   const double yaw = 0.15 * sequence + 0.07 * r;
   return Pose(Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY())),
               Eigen::Vector3d(0.05 * sequence - 0.08 * r, 0.03 * r, 0.04 * r));
 }
 
-}  // namespace
-
 Keyframe roomKeyframe(char robot, uint32_t sequence) {
-  static const Scene scene = Scene::room();
+  static const Scene room = Scene::room(), other_room = Scene::room(2);
+  const Scene& scene = elsewhere(robot) ? other_room : room;
   static const FernBook book = FernBook::standard();
-  const Frame frame = scene.render(smallCamera(), T_world_cam(robot, sequence), 1000 + sequence);
+  const Frame frame = scene.render(smallCamera(), roomPose(robot, sequence), 1000 + sequence);
   Keyframe keyframe;
   keyframe.id = {std::string(1, robot), 1, sequence};
   keyframe.stamp_ns = frame.stamp_ns;
@@ -30,7 +34,7 @@ Keyframe roomKeyframe(char robot, uint32_t sequence) {
   keyframe.colour = frame.colour;
   keyframe.depth = frame.depth;
   keyframe.fern_code = encodeFerns(book, frame.colour, frame.depth);
-  keyframe.T_odom_cam = T_world_cam(robot, 0).inverse() * T_world_cam(robot, sequence);
+  keyframe.T_odom_cam = roomPose(robot, 0).inverse() * roomPose(robot, sequence);
   if (sequence == 0) return keyframe;
   std::mt19937 engine(static_cast<uint32_t>(robot) * 1000 + sequence);
   std::normal_distribution<double> noise(0, 0.001);
@@ -38,7 +42,7 @@ Keyframe roomKeyframe(char robot, uint32_t sequence) {
   for (int i = 0; i < 6; ++i) error(i) = noise(engine);
   keyframe.linked = true;
   keyframe.linked_to = sequence - 1;
-  keyframe.T_link_this = T_world_cam(robot, sequence - 1).inverse() * T_world_cam(robot, sequence) * Pose::exp(error);
+  keyframe.T_link_this = roomPose(robot, sequence - 1).inverse() * roomPose(robot, sequence) * Pose::exp(error);
   keyframe.information = Matrix6d::Identity() * 1e5;
   keyframe.inlier_ratio = 0.95;
   return keyframe;
@@ -46,7 +50,7 @@ Keyframe roomKeyframe(char robot, uint32_t sequence) {
 
 MapBuilderOptions roomOptions() {
   MapBuilderOptions options;
-  options.loop_gap = 2;
+  options.search.loop_gap = 2;
   options.live_ties = 0;  // they depend on where the map had a pair, so on what it was joined with
   options.fusion.initial_capacity = 1 << 18;
   return options;
@@ -59,19 +63,30 @@ void keep(MapStore& store, const Keyframe& keyframe) {
   ASSERT_TRUE(added) << added.error().text;
 }
 
-std::vector<MergeRecord> mapTurns(MapBuilder& builder, MapStore& store, const std::string& robots, uint32_t first,
-                                  uint32_t last) {
-  std::vector<MergeRecord> merges;
+MapChange mapAll(MapBuilder& builder, MapStore& store, const std::string& robots, uint32_t first, uint32_t last) {
+  MapChange all;
+  const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
   for (uint32_t i = first; i < last; ++i)
     for (const char robot : robots) {
       const Keyframe keyframe = roomKeyframe(robot, i);
       keep(store, keyframe);
       const auto encoded = store.encodedKeyframe(keyframe.id);
-      const auto change = builder.addKeyframe(*decodeKeyframe(*encoded), static_cast<uint32_t>(robot - 'a'));
+      const auto known = *store.robots();
+      const auto index = std::find(known.begin(), known.end(), keyframe.id.robot) - known.begin();
+      const auto change = builder.addKeyframe(*decodeKeyframe(*encoded), static_cast<uint32_t>(index));
       EXPECT_TRUE(change) << change.error().text;
-      if (change) merges.insert(merges.end(), change->merges.begin(), change->merges.end());
+      if (!change) return all;
+      append(all.verdicts, change->verdicts);
+      append(all.merges, change->merges);
+      append(all.undone, change->undone);
+      append(all.confirmed, change->confirmed);
     }
-  return merges;
+  return all;
+}
+
+std::vector<MergeRecord> mapTurns(MapBuilder& builder, MapStore& store, const std::string& robots, uint32_t first,
+                                  uint32_t last) {
+  return mapAll(builder, store, robots, first, last).merges;
 }
 
 MapHashes finish(MapBuilder& builder) {

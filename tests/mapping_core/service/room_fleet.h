@@ -10,6 +10,10 @@
 
 namespace comap {
 
+/// Where the keyframe's camera stands in its room. Robots from 'x' on are in another room, of the same shape, and stand
+/// there as b, c ... in the first.
+Pose roomPose(char robot, uint32_t sequence);
+
 /// Keyframe `sequence` of a robot: each looks around from a place of its own, so that all see the same walls. Odometry
 /// is the truth but for noise of a millimetre.
 Keyframe roomKeyframe(char robot, uint32_t sequence);
@@ -20,7 +24,10 @@ MapBuilderOptions roomOptions();
 /// Puts the keyframe into the store as an ingest would.
 void keep(MapStore& store, const Keyframe& keyframe);
 
-/// Maps keyframes [first, last) of each of `robots`, which take turns, as a core would: kept, read back, mapped.
+/// Maps keyframes [first, last) of each of `robots`, which take turns, as a core would. Returns all that it caused.
+MapChange mapAll(MapBuilder& builder, MapStore& store, const std::string& robots, uint32_t first, uint32_t last);
+/// The same, for those who want to know only about merges: keyframes [first, last) of each of `robots`, which take
+/// turns, as a core would: kept, read back, mapped.
 std::vector<MergeRecord> mapTurns(MapBuilder& builder, MapStore& store, const std::string& robots, uint32_t first,
                                   uint32_t last);
 
