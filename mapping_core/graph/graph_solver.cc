@@ -63,6 +63,14 @@ Result<void> GraphSolver::addEdge(const Edge& edge) {
   return {};
 }
 
+Result<void> GraphSolver::addSettled(const Edge& edge) {
+  if (auto added = addEdge(edge); !added) return added;
+  const uint32_t number = edge_of_.at(keyOf(edge));
+  fresh_.pop_back();
+  if (gated(number) && !fits(number)) setWeight(number, 0);
+  return {};
+}
+
 bool GraphSolver::removeEdge(const EdgeKey& key) {
   const auto known = edge_of_.find(key);
   if (known == edge_of_.end()) return false;

@@ -56,6 +56,9 @@ class GraphSolver {
   /// An edge of the same key is replaced. kBadData if an end is unknown, both ends are one, the pose is not finite or
   /// the information is not positive semidefinite.
   Result<void> addEdge(const Edge& edge);
+  /// An edge that the poses know already: it takes part if it fits them, and solve() need not begin with it. Errors as
+  /// addEdge().
+  Result<void> addSettled(const Edge& edge);
   /// False if there is no such edge.
   bool removeEdge(const EdgeKey& key);
 

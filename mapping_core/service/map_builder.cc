@@ -49,9 +49,7 @@ Result<MapChange> MapBuilder::addKeyframe(const Keyframe& keyframe, uint32_t rob
   if (auto judged = judgeMerges(keyframe.id, change); !judged) return judged.error();
   const KeyframeId anchor = components_.anchorOf(keyframe.id);
   change.map = mapIdOf(anchor);
-  const auto poses =
-      change.poses_changed ? posesOf(anchor) : std::map<KeyframeId, Pose>{{keyframe.id, T_map_cam_.at(keyframe.id)}};
-  if (auto stored = store_.setPoses(change.map, poses); !stored) return stored.error();
+  if (auto stored = storeChanged(keyframe.id, change); !stored) return stored.error();
   if (auto committed = transaction->commit(); !committed) return committed.error();
   return change;
 }
@@ -73,6 +71,10 @@ Result<void> MapBuilder::place(const Keyframe& keyframe, const Entry& entry) {
   watch_.follow(keyframe.id, previous);
   T_map_cam_[keyframe.id] = T_map_cam_.at(previous) * keyframe.T_link_this;
   edges_.push_back({previous, keyframe.id, EdgeKind::kOdometry, keyframe.T_link_this, keyframe.information});
+  if (const auto graph = graphs_.find(components_.anchorOf(previous)); graph != graphs_.end())
+    if (auto added = graph->second->addKeyframe(keyframe.id, T_map_cam_.at(keyframe.id), previous); !added)
+      return added;
+  if (auto added = addToGraph(edges_.back()); !added) return added;
   return store_.addEdge(edges_.back());
 }
 
@@ -107,8 +109,11 @@ Result<std::vector<MatchVerdict>> MapBuilder::match(const Keyframe& keyframe) {
 }
 
 Result<void> MapBuilder::storePoses() {
-  for (const KeyframeId& anchor : components_.anchors())
-    if (auto stored = store_.setPoses(mapIdOf(anchor), posesOf(anchor)); !stored) return stored;
+  for (const KeyframeId& anchor : components_.anchors()) {
+    const std::map<KeyframeId, Pose> poses = posesOf(anchor);
+    if (auto stored = store_.setPoses(mapIdOf(anchor), poses); !stored) return stored;
+    for (const auto& [id, T] : poses) T_map_stored_[id] = T;
+  }
   return {};
 }
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "mapping_core/graph/keyframe_graph.h"
+#include "mapping_core/graph/graph_solver.h"
 #include "mapping_core/merge/standing.h"
 #include "mapping_core/service/merge_watch.h"
 #include "mapping_core/store/map_store.h"
@@ -140,9 +140,13 @@ class MapBuilder {
   Result<void> tie(const KeyframeId& id, size_t most, std::span<const PlacedSketch> members);
   void indexTies();
   Result<void> tieAnew(const KeyframeId& from, const KeyframeId& to);
-  Result<SolvedMap> solve(const KeyframeId& anchor) const;
+  Result<GraphSolver*> graphOf(const KeyframeId& anchor);
+  Result<void> addToGraph(const Edge& edge);
+  Result<SolvedMap> solve(const KeyframeId& anchor);
   Result<bool> apply(const KeyframeId& anchor, const std::map<KeyframeId, Pose>& T_map_cam);
-  Result<bool> optimise(const KeyframeId& anchor);
+  Result<bool> solveWhole(const KeyframeId& anchor);
+  Result<void> storeChanged(const KeyframeId& id, const MapChange& change);
+  Result<void> storeMoved(const KeyframeId& anchor);
   Result<Keyframe> load(const KeyframeId& id) const;
   std::map<KeyframeId, Pose> posesOf(const KeyframeId& anchor) const;
   Result<Standing> readStanding() const;
@@ -154,9 +158,11 @@ class MapBuilder {
   MapBuilderOptions options_;
   std::map<KeyframeId, Entry> entries_;
   std::vector<KeyframeId> by_index_;
-  std::map<KeyframeId, Pose> T_map_cam_;    // current estimate
-  std::map<KeyframeId, Pose> T_map_fused_;  // where the keyframe's surfels stand now
+  std::map<KeyframeId, Pose> T_map_cam_;     // current estimate
+  std::map<KeyframeId, Pose> T_map_fused_;   // where the keyframe's surfels stand now
+  std::map<KeyframeId, Pose> T_map_stored_;  // what the store has; only what moved is written again
   std::vector<Edge> edges_;
+  std::map<KeyframeId, std::unique_ptr<GraphSolver>> graphs_;  // by anchor; those missing are made from edges_
   ComponentSet components_;
   std::map<KeyframeId, SurfelMap> maps_;  // by anchor
   std::set<KeyframeId> stale_;            // anchors of maps whose surfels were moved since they were fused

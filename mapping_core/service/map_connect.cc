@@ -47,22 +47,28 @@ Result<void> MapBuilder::connect(const MatchVerdict& verdict, MapChange& change)
 // A closure within one map. Between maps whose merge is in doubt it is also a word for it or against it.
 Result<void> MapBuilder::close(const Closure& closure, MapChange& change) {
   const KeyframeId anchor = components_.anchorOf(closure.query);
-  edges_.push_back(edgeOf(closure, 0));
+  const Edge edge = edgeOf(closure, 0);
+  const auto graph = graphOf(anchor);
+  if (!graph) return graph.error();
+  if (auto added = (*graph)->addEdge(edge); !added) return added;
   auto solved = solve(anchor);
   if (!solved) return solved.error();
-  if (watch_.inDoubt(closure.query, closure.candidate)) {
-    const bool right = fits(closure, solved->T_map_cam, options_.vote) && solved->overruled.empty();
-    watch_.weigh(closure, right);
-    if (!right) {
-      // Not an edge, which would go with the merge: if that comes apart, it is a vote for what is right.
-      edges_.pop_back();
-      votes_.keep(closure);
-      doomOverruled(*solved);
-      return {};
-    }
-  }
   doomOverruled(*solved);
-  if (auto stored = store_.addEdge(edges_.back()); !stored) return stored;
+  bool holds = true;
+  if (watch_.inDoubt(closure.query, closure.candidate)) {
+    holds = fits(closure, solved->T_map_cam, options_.vote) && solved->overruled.empty();
+    watch_.weigh(closure, holds);
+  }
+  if (holds) {
+    edges_.push_back(edge);
+    if (auto stored = store_.addEdge(edge); !stored) return stored;
+  } else {
+    // Not an edge, which would go with the merge: if that comes apart, it is a vote for what is right.
+    (*graph)->removeEdge(keyOf(edge));
+    votes_.keep(closure);
+    solved = solve(anchor);
+    if (!solved) return solved.error();
+  }
   const auto moved = apply(anchor, solved->T_map_cam);
   if (!moved) return moved.error();
   change.poses_changed = change.poses_changed || *moved;
@@ -98,7 +104,10 @@ Result<void> MapBuilder::propose(const MatchVerdict& verdict, MapChange& change)
   if (!record) return record.error();
   change.merges.push_back(*record);
   change.poses_changed = true;
-  if (auto moved = optimise(components_.anchorOf(verdict.query)); !moved) return moved.error();
+  const KeyframeId anchor = components_.anchorOf(verdict.query);
+  const auto solved = solve(anchor);
+  if (!solved) return solved.error();
+  if (auto moved = apply(anchor, solved->T_map_cam); !moved) return moved.error();
   if (auto refreshed = refreshWatch(); !refreshed) return refreshed;
   return watch(*record);
 }
@@ -181,6 +190,7 @@ Result<MergeRecord> MapBuilder::merge(const std::vector<Closure>& closures) {
   for (const KeyframeId& id : keeps_a ? members_b : members_a) {
     T_map_cam_.at(id) = T_kept_absorbed * T_map_cam_.at(id);
     T_map_fused_.at(id) = T_kept_absorbed * T_map_fused_.at(id);
+    T_map_stored_.erase(id);  // the name of its map is another, too
   }
 
   MergeRecord record;
@@ -190,9 +200,14 @@ Result<MergeRecord> MapBuilder::merge(const std::vector<Closure>& closures) {
   record.T_kept_absorbed = T_kept_absorbed;
   record.robots = components_.robots(kept);
   record.keyframes_ingested = static_cast<uint32_t>(by_index_.size());
+  graphs_.erase(a);
+  graphs_.erase(b);
+  const auto graph = graphOf(kept);  // of both, before the closures pull
+  if (!graph) return graph.error();
   for (const Closure& closure : closures) {
     record.voters.push_back(closure.query);
     edges_.push_back(edgeOf(closure, record.number));
+    if (auto added = (*graph)->addEdge(edges_.back()); !added) return added.error();
     if (auto stored = store_.addEdge(edges_.back()); !stored) return stored.error();
   }
   if (auto stored = store_.addMerge(record); !stored) return stored.error();
@@ -200,13 +215,8 @@ Result<MergeRecord> MapBuilder::merge(const std::vector<Closure>& closures) {
 }
 
 Result<void> MapBuilder::castAll(MapChange& change) {
-  for (const Closure& closure : votes_.takeAll()) {
-    if (components_.together(closure.query, closure.candidate)) {
-      votes_.keep(closure);
-      continue;
-    }
-    if (auto proposed = propose(verdictOf(closure), change); !proposed) return proposed;
-  }
+  for (const Closure& closure : votes_.takeAll())
+    if (auto connected = connect(verdictOf(closure), change); !connected) return connected;
   return {};
 }
 

@@ -50,6 +50,7 @@ Result<void> MapBuilder::tieAnew(const KeyframeId& a, const KeyframeId& b) {
     tie.edge = edges_.size();
     edges_.push_back(*edge);
   }
+  if (auto added = addToGraph(*edge); !added) return added;
   return store_.addEdge(*edge);
 }
 
@@ -58,6 +59,7 @@ Result<void> MapBuilder::untie() {
   auto standing = readStanding();
   if (!standing) return standing.error();
   edges_ = std::move(standing->edges);  // in their canonical order
+  graphs_.clear();
   ties_.clear();
   indexed_edges_ = 0;
   return {};
@@ -80,7 +82,7 @@ Result<void> MapBuilder::refine(const std::function<void(size_t, size_t)>& progr
         if (auto tied = tie(member.sketch->id, most, *members); !tied) return tied;
         if (progress) progress(++done, all);
       }
-      auto moved = optimise(anchor);
+      auto moved = solveWhole(anchor);
       if (!moved) return moved.error();
       if (auto committed = transaction->commit(); !committed) return committed.error();
     }

@@ -146,9 +146,10 @@ Result<void> MapBuilder::reshape(Standing standing, const std::set<KeyframeId>& 
     if (components_.contains(id)) {
       const KeyframeId before = components_.anchorOf(id);
       maps_.erase(before);
+      graphs_.erase(before);
       stale_.erase(before);
     }
-    T_map_cam_[id] = T_map_fused_[id] = T;
+    T_map_cam_[id] = T_map_fused_[id] = T_map_stored_[id] = T;
     by_anchor[standing.components.anchorOf(id)][id] = T;
   }
   std::erase_if(unfused_, [&](const KeyframeId& id) { return poses->contains(id); });
@@ -187,6 +188,7 @@ Result<void> MapBuilder::settle() {
                                           " maps, but there are " + std::to_string(anchors.size())};
   auto poses = canonicalPoses(*standing, {anchors.begin(), anchors.end()}, options_.graph);
   if (!poses) return poses.error();
+  graphs_.clear();
   for (const auto& [id, T] : *poses) {
     T_map_cam_.at(id) = T;
     if (!equal(T, T_map_fused_.at(id))) stale_.insert(components_.anchorOf(id));

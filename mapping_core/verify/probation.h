@@ -16,7 +16,7 @@ namespace comap {
 
 struct ProbationOptions {
   /// Keyframes of either side that must have seen what the other side saw, and not have contradicted it.
-  size_t witnesses = 20;
+  size_t witnesses = 10;
   size_t views = 8;         ///< of the other side that one witness is compared with, the most overlapping
   size_t fewest_views = 6;  ///< below it nothing is concluded from views
   /// Share of contradictions beyond which a merge comes apart; what the merge check has.

@@ -1,0 +1,68 @@
+// One robot of three is taken out: what is left is what the others' keyframes, loops and matches make by themselves.
+#include <algorithm>
+
+#include "tests/mapping_core/gpu/test_device.h"
+#include "tests/mapping_core/service/room_fleet.h"
+#include "tests/mapping_core/store/store_fixture.h"
+
+namespace comap {
+namespace {
+
+class MapForget : public StoreTest {
+ protected:
+  // What `fleet forget` does with a store from which a robot has been removed.
+  static MapHashes judgeAnew(gpu::Device& device, MapStore& store) {
+    MapBuilder builder(device, store, roomOptions());
+    EXPECT_TRUE(builder.restore());
+    EXPECT_TRUE(builder.recast());
+    return finish(builder);
+  }
+};
+
+TEST_F(MapForget, TheOthersAreWhatTheyWouldBeHadTheRobotNeverBeen) {
+  COMAP_DEVICE_OR_SKIP(device);
+  auto store = create();
+  ASSERT_TRUE(store);
+  size_t robots = 0;
+  {
+    MapBuilder builder(device, *store, roomOptions());
+    for (const MergeRecord& merge : mapTurns(builder, *store, "abc", 0, 5)) robots = merge.robots.size();
+    ASSERT_EQ(robots, 3u) << "all are one map";
+  }
+  ASSERT_EQ(*store->removeRobot("b"), 5u);
+  const std::vector<Edge> edges = *store->edges();
+  const std::vector<MatchVerdict> verdicts = *store->verdicts({true, "", ""});
+  const MapHashes left = judgeAnew(device, *store);
+  ASSERT_EQ(left.size(), 1u) << "the closures between the others join them";
+
+  // A store that has never heard of b, with the same loops of each of the others and the same matches between them.
+  auto never = MapStore::open(folder_ / "never.comap", MapStore::Mode::kCreateOrOpen);
+  ASSERT_TRUE(never);
+  {
+    MapBuilderOptions blind = roomOptions();
+    blind.search.max_dissimilarity = -1;
+    MapBuilder builder(device, *never, blind);
+    mapTurns(builder, *never, "ac", 0, 5);
+  }
+  size_t between = 0;
+  for (const Edge& edge : edges) {
+    if (edge.kind == EdgeKind::kOdometry || edge.from.robot != edge.to.robot) continue;
+    ASSERT_TRUE(never->addEdge(edge));
+  }
+  for (const MatchVerdict& verdict : verdicts) {
+    EXPECT_NE(verdict.query.robot, "b");
+    EXPECT_NE(verdict.candidate.robot, "b");
+    between += verdict.query.robot != verdict.candidate.robot;
+    ASSERT_TRUE(never->addVerdict(verdict));
+  }
+  EXPECT_GE(between, 2u);
+  EXPECT_EQ(judgeAnew(device, *never), left);
+
+  // And what the store holds for ever after is that.
+  MapBuilder builder(device, *store, roomOptions());
+  ASSERT_TRUE(builder.restore());
+  EXPECT_EQ(finish(builder), left);
+}
+
+}  // namespace
+}  // namespace comap
