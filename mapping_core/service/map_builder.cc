@@ -7,9 +7,9 @@
 
 namespace comap {
 MapBuilder::MapBuilder(gpu::Device& device, MapStore& store, const MapBuilderOptions& options)
-    : device_(device),
-      store_(store),
+    : store_(store),
       options_(options),
+      surfels_(device, options.fusion, options.move_m, [this](const KeyframeId& id) { return load(id); }),
       search_(options.search),
       votes_(options.vote),
       verifier_(options.verifier),
@@ -18,22 +18,22 @@ MapBuilder::MapBuilder(gpu::Device& device, MapStore& store, const MapBuilderOpt
       watch_(shelf_, options.merge_check, options.covisibility, options.probation, options.vote) {}
 
 Result<MapChange> MapBuilder::addKeyframe(const Keyframe& keyframe, uint32_t robot_index) {
-  if (auto fused = catchUp(unfused_.size()); !fused) return fused.error();
+  if (auto fused = catchUp(surfels_.waiting()); !fused) return fused.error();
   // What a keyframe causes is stored as a whole: after a sudden end it is either mapped or still to be mapped.
   auto transaction = store_.begin();
   if (!transaction) return transaction.error();
   MapChange change;
   if (std::exchange(recast_due_, false))
     if (auto cast = castAll(change); !cast) return cast.error();
-  const Entry entry{static_cast<uint32_t>(by_index_.size()), robot_index};
-  if (auto placed = place(keyframe, entry); !placed) return placed.error();
+  if (auto placed = place(keyframe, robot_index); !placed) return placed.error();
   shelf_.put(keyframe);
   // Matching comes before fusion, so that a loop is verified against what was there before this keyframe.
   const auto verdicts = match(keyframe);
   if (!verdicts) return verdicts.error();
-  if (auto fused = fuse(keyframe, entry); !fused) return fused.error();
+  const KeyframeId placed_in = components_.anchorOf(keyframe.id);
+  if (auto fused = surfels_.fuse(keyframe, placed_in, T_map_cam_.at(keyframe.id)); !fused) return fused.error();
   if (options_.live_ties > 0) {
-    auto members = sketchesOf(components_.anchorOf(keyframe.id));
+    auto members = sketchesOf(placed_in);
     if (!members) return members.error();
     indexTies();
     if (auto tied = tie(keyframe.id, options_.live_ties, *members); !tied) return tied.error();
@@ -54,18 +54,17 @@ Result<MapChange> MapBuilder::addKeyframe(const Keyframe& keyframe, uint32_t rob
   return change;
 }
 
-Result<void> MapBuilder::place(const Keyframe& keyframe, const Entry& entry) {
-  entries_[keyframe.id] = entry;
+Result<void> MapBuilder::place(const Keyframe& keyframe, uint32_t robot_index) {
+  const auto index = static_cast<uint32_t>(by_index_.size());
+  index_[keyframe.id] = index;
+  surfels_.know(keyframe.id, index, robot_index);
   by_index_.push_back(keyframe.id);
   KeyframeId previous = keyframe.id;
   previous.sequence = keyframe.linked_to;
-  if (!keyframe.linked || !entries_.contains(previous)) {
+  if (!keyframe.linked || !index_.contains(previous)) {
     components_.addAlone(keyframe.id);
     T_map_cam_[keyframe.id] = Pose();
-    auto map = SurfelMap::create(device_, options_.fusion);
-    if (!map) return map.error();
-    maps_.emplace(keyframe.id, std::move(*map));
-    return {};
+    return surfels_.begin(keyframe.id);
   }
   components_.addTo(keyframe.id, previous);
   watch_.follow(keyframe.id, previous);
@@ -76,15 +75,6 @@ Result<void> MapBuilder::place(const Keyframe& keyframe, const Entry& entry) {
       return added;
   if (auto added = addToGraph(edges_.back()); !added) return added;
   return store_.addEdge(edges_.back());
-}
-
-Result<void> MapBuilder::fuse(const Keyframe& keyframe, const Entry& entry) {
-  SurfelMap& map = maps_.at(components_.anchorOf(keyframe.id));
-  const Pose& T = T_map_cam_.at(keyframe.id);
-  auto report = map.fuse(keyframe.camera, keyframe.colour, keyframe.depth, T, entry.index, 1u << (entry.robot % 32));
-  if (!report) return report.error();
-  T_map_fused_[keyframe.id] = T;
-  return {};
 }
 
 Result<std::vector<MatchVerdict>> MapBuilder::match(const Keyframe& keyframe) {
@@ -100,7 +90,7 @@ Result<std::vector<MatchVerdict>> MapBuilder::match(const Keyframe& keyframe) {
     const auto view = shelf_.view(candidate.id);
     if (!view) return view.error();
     auto verdict =
-        verifier_.verify(**query, **view, maps_.at(components_.anchorOf(candidate.id)), T_map_cam_.at(candidate.id));
+        verifier_.verify(**query, **view, surfels_.at(components_.anchorOf(candidate.id)), T_map_cam_.at(candidate.id));
     if (!verdict) return verdict.error();
     verdict->fern_dissimilarity = candidate.dissimilarity;
     verdicts.push_back(std::move(*verdict));
@@ -113,27 +103,6 @@ Result<void> MapBuilder::storePoses() {
     const std::map<KeyframeId, Pose> poses = posesOf(anchor);
     if (auto stored = store_.setPoses(mapIdOf(anchor), poses); !stored) return stored;
     for (const auto& [id, T] : poses) T_map_stored_[id] = T;
-  }
-  return {};
-}
-
-Result<void> MapBuilder::rebuild(const std::function<void(size_t, size_t)>& progress) {
-  for (const KeyframeId& id : unfused_) stale_.insert(components_.anchorOf(id));
-  unfused_.clear();
-  size_t all = 0, done = 0;
-  for (const KeyframeId& anchor : stale_) all += components_.members(anchor).size();
-  while (!stale_.empty()) {
-    const KeyframeId anchor = *stale_.begin();
-    maps_.at(anchor).clear();
-    std::vector<KeyframeId> members = components_.members(anchor);
-    std::sort(members.begin(), members.end());
-    for (const KeyframeId& id : members) {
-      auto keyframe = load(id);
-      if (!keyframe) return keyframe.error();
-      if (auto fused = fuse(*keyframe, entries_.at(id)); !fused) return fused.error();
-      if (progress) progress(++done, all);
-    }
-    stale_.erase(anchor);
   }
   return {};
 }

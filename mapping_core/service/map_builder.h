@@ -2,7 +2,6 @@
 // through it once: pose from odometry, fusion, place search, verification, vote, merge, graph.
 #pragma once
 
-#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -13,9 +12,9 @@
 
 #include "mapping_core/graph/graph_solver.h"
 #include "mapping_core/merge/standing.h"
+#include "mapping_core/service/map_surfels.h"
 #include "mapping_core/service/merge_watch.h"
 #include "mapping_core/store/map_store.h"
-#include "mapping_core/surfels/surfel_map.h"
 #include "mapping_core/verify/candidate_search.h"
 #include "mapping_core/verify/covisibility.h"
 #include "mapping_core/verify/keyframe_shelf.h"
@@ -79,8 +78,8 @@ class MapBuilder {
 
   /// Fuses up to `keyframes` of those whose surfels are missing since a split or restore. True if none is left.
   /// addKeyframe() begins with the rest of them.
-  Result<bool> catchUp(size_t keyframes);
-  bool caughtUp() const { return unfused_.empty(); }
+  Result<bool> catchUp(size_t keyframes) { return surfels_.catchUp(keyframes); }
+  bool caughtUp() const { return surfels_.caughtUp(); }
 
   /// Computes the poses of all maps anew, as a pure function of the stored edges and merges: not of the order in which
   /// they came. Call before rebuild() and storePoses() at the end.
@@ -96,7 +95,9 @@ class MapBuilder {
 
   /// Fuses every map anew whose keyframes have moved, in the order of their ids: the map as a function of keyframes
   /// and poses. `progress` (may be empty) hears (done, all) keyframes.
-  Result<void> rebuild(const std::function<void(size_t, size_t)>& progress);
+  Result<void> rebuild(const std::function<void(size_t, size_t)>& progress) {
+    return surfels_.rebuild(T_map_cam_, progress);
+  }
   /// Writes all poses to the store: the graph moves keyframes by less than is worth writing at once.
   Result<void> storePoses();
 
@@ -105,22 +106,16 @@ class MapBuilder {
   const ComponentSet& components() const { return components_; }
   const std::map<KeyframeId, Pose>& poses() const { return T_map_cam_; }
   /// The surfels of the map anchored at `anchor`.
-  SurfelMap& surfels(const KeyframeId& anchor) { return maps_.at(anchor); }
+  SurfelMap& surfels(const KeyframeId& anchor) { return surfels_.at(anchor); }
 
  private:
-  struct Entry {
-    uint32_t index = 0;  // in order of arrival: owner of surfels
-    uint32_t robot = 0;
-  };
-
   // A map's poses as the graph has them, and the merges none of whose closures it can agree with.
   struct SolvedMap {
     std::map<KeyframeId, Pose> T_map_cam;
     std::vector<uint32_t> overruled;
   };
 
-  Result<void> place(const Keyframe& keyframe, const Entry& entry);
-  Result<void> fuse(const Keyframe& keyframe, const Entry& entry);
+  Result<void> place(const Keyframe& keyframe, uint32_t robot_index);
   Result<std::vector<MatchVerdict>> match(const Keyframe& keyframe);
   Result<void> connect(const MatchVerdict& verdict, MapChange& change);
   Result<void> propose(const MatchVerdict& verdict, MapChange& change);
@@ -153,20 +148,16 @@ class MapBuilder {
   Result<void> restoreVotes();
   Result<void> reshape(Standing standing, const std::set<KeyframeId>& changed);
 
-  gpu::Device& device_;
   MapStore& store_;
   MapBuilderOptions options_;
-  std::map<KeyframeId, Entry> entries_;
+  std::map<KeyframeId, uint32_t> index_;  // in order of arrival
   std::vector<KeyframeId> by_index_;
   std::map<KeyframeId, Pose> T_map_cam_;     // current estimate
-  std::map<KeyframeId, Pose> T_map_fused_;   // where the keyframe's surfels stand now
   std::map<KeyframeId, Pose> T_map_stored_;  // what the store has; only what moved is written again
   std::vector<Edge> edges_;
   std::map<KeyframeId, std::unique_ptr<GraphSolver>> graphs_;  // by anchor; those missing are made from edges_
   ComponentSet components_;
-  std::map<KeyframeId, SurfelMap> maps_;  // by anchor
-  std::set<KeyframeId> stale_;            // anchors of maps whose surfels were moved since they were fused
-  std::deque<KeyframeId> unfused_;        // have a pose, but their map's surfels were thrown away
+  MapSurfels surfels_;
   CandidateSearch search_;
   VoteBox votes_;
   MatchVerifier verifier_;

@@ -8,15 +8,6 @@
 namespace comap {
 namespace {
 
-void transformSurfels(const Pose& T, std::vector<Surfel>& surfels) {
-  const Eigen::Matrix3f r = T.rotationMatrix().cast<float>();
-  const Eigen::Vector3f t = T.translation().cast<float>();
-  for (Surfel& surfel : surfels) {
-    surfel.position = r * surfel.position + t;
-    surfel.normal = r * surfel.normal;
-  }
-}
-
 Closure closureOf(const MatchVerdict& verdict) {
   return {verdict.query, verdict.candidate, verdict.T_candidate_query, verdict.information};
 }
@@ -128,7 +119,7 @@ Result<double> MapBuilder::weighMerge(const std::vector<Closure>& closures) {
   const auto parted = partedBetween(anchor_a, anchor_b);
   if (!parted) return parted.error();
   for (const uint32_t since : *parted) {
-    const auto later = [&](const PlacedSketch& one) { return entries_.at(one.sketch->id).index >= since; };
+    const auto later = [&](const PlacedSketch& one) { return index_.at(one.sketch->id) >= since; };
     std::vector<PlacedSketch> new_a, old_a, new_b;
     for (const PlacedSketch& one : *a) (later(one) ? new_a : old_a).push_back(one);
     std::copy_if(b->begin(), b->end(), std::back_inserter(new_b), later);
@@ -180,16 +171,9 @@ Result<MergeRecord> MapBuilder::merge(const std::vector<Closure>& closures) {
   const KeyframeId absorbed = keeps_a ? b : a;
   const Pose T_kept_absorbed = keeps_a ? T_a_b : T_a_b.inverse();
 
-  auto surfels = maps_.at(absorbed).download();
-  if (!surfels) return surfels.error();
-  transformSurfels(T_kept_absorbed, *surfels);
-  if (auto appended = maps_.at(kept).append(*surfels); !appended) return appended.error();
-  maps_.erase(absorbed);
-  stale_.erase(absorbed);
-  stale_.insert(kept);  // two maps laid into each other are not yet the map of all their keyframes
+  if (auto joined = surfels_.join(kept, absorbed, T_kept_absorbed); !joined) return joined.error();
   for (const KeyframeId& id : keeps_a ? members_b : members_a) {
     T_map_cam_.at(id) = T_kept_absorbed * T_map_cam_.at(id);
-    T_map_fused_.at(id) = T_kept_absorbed * T_map_fused_.at(id);
     T_map_stored_.erase(id);  // the name of its map is another, too
   }
 

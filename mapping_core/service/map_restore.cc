@@ -31,8 +31,9 @@ Result<void> MapBuilder::restore() {
     if (!encoded) return encoded.error();
     const auto keyframe = decodeKeyframeWithoutImages(*encoded);
     if (!keyframe) return keyframe.error();
-    const Entry entry{static_cast<uint32_t>(by_index_.size()), robot->second};
-    entries_[stored.id] = entry;
+    const auto index = static_cast<uint32_t>(by_index_.size());
+    index_[stored.id] = index;
+    surfels_.know(stored.id, index, robot->second);
     by_index_.push_back(stored.id);
     if (!search_.add(stored.id, keyframe->fern_code))
       return Error{ErrorCode::kBadData, "keyframe " + toString(stored.id) + ": fern code is of another book"};
@@ -70,7 +71,7 @@ Result<void> MapBuilder::restoreVotes() {
   const auto verdicts = store_.verdicts({true, "", ""});
   if (!verdicts) return verdicts.error();
   for (const MatchVerdict& verdict : *verdicts) {
-    if (!entries_.contains(verdict.query) || !entries_.contains(verdict.candidate)) continue;
+    if (!index_.contains(verdict.query) || !index_.contains(verdict.candidate)) continue;
     if (decided.contains(pairOf(verdict.query, verdict.candidate))) continue;
     votes_.keep({verdict.query, verdict.candidate, verdict.T_candidate_query, verdict.information});
   }

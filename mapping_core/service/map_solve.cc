@@ -1,23 +1,9 @@
 // The part of MapBuilder that asks the graph where the keyframes of a map stand, and moves surfels after them.
-#include <algorithm>
-#include <cmath>
-
 #include "mapping_core/graph/keyframe_graph.h"
 #include "mapping_core/graph/settled_graph.h"
 #include "mapping_core/service/map_builder.h"
 
 namespace comap {
-namespace {
-
-// How far a pose change carries what its camera sees, 2 m away.
-double displacement(const Pose& T_new, const Pose& T_old) {
-  const Pose change = T_new * T_old.inverse();
-  const Eigen::Vector3d seen = T_old * Eigen::Vector3d(0, 0, 2);
-  return std::max((change * T_old.translation() - T_old.translation()).norm(), (change * seen - seen).norm());
-}
-
-}  // namespace
-
 Result<GraphSolver*> MapBuilder::graphOf(const KeyframeId& anchor) {
   const auto known = graphs_.find(anchor);
   if (known != graphs_.end()) return known->second.get();
@@ -51,21 +37,9 @@ Result<MapBuilder::SolvedMap> MapBuilder::solve(const KeyframeId& anchor) {
   return solved;
 }
 
-Result<bool> MapBuilder::apply(const KeyframeId& anchor, const std::map<KeyframeId, Pose>& T_map_cam) {
-  double largest = 0;
-  for (const auto& [id, T] : T_map_cam) {
-    T_map_cam_.at(id) = T;
-    largest = std::max(largest, displacement(T, T_map_fused_.at(id)));
-  }
-  if (largest > 0) stale_.insert(anchor);
-  if (largest < options_.move_m) return false;
-  std::vector<Pose> T_new_old(by_index_.size());
-  for (const auto& [id, T] : T_map_cam) {
-    T_new_old[entries_.at(id).index] = T * T_map_fused_.at(id).inverse();
-    T_map_fused_.at(id) = T;
-  }
-  if (auto moved = maps_.at(anchor).moveOwners(T_new_old); !moved) return moved.error();
-  return true;
+Result<bool> MapBuilder::apply(const KeyframeId& anchor, const MapPoses& T_map_cam) {
+  for (const auto& [id, T] : T_map_cam) T_map_cam_.at(id) = T;
+  return surfels_.follow(anchor, T_map_cam);
 }
 
 // As a whole, from scratch: what a run ends with. The incremental graph begins anew from there.

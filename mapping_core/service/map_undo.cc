@@ -7,10 +7,6 @@
 namespace comap {
 namespace {
 
-bool equal(const Pose& a, const Pose& b) {
-  return a.translation() == b.translation() && a.rotation().coeffs() == b.rotation().coeffs();
-}
-
 Error wrongUse(uint32_t merge, const std::string& problem) {
   return {ErrorCode::kWrongUse, "merge " + std::to_string(merge) + " " + problem};
 }
@@ -141,41 +137,20 @@ Result<MapChange> MapBuilder::rejoin(uint32_t number) {
 Result<void> MapBuilder::reshape(Standing standing, const std::set<KeyframeId>& changed) {
   auto poses = canonicalPoses(standing, changed, options_.graph);
   if (!poses) return poses.error();
-  std::map<KeyframeId, std::map<KeyframeId, Pose>> by_anchor;
+  std::map<KeyframeId, MapPoses> by_anchor;
   for (const auto& [id, T] : *poses) {
-    if (components_.contains(id)) {
-      const KeyframeId before = components_.anchorOf(id);
-      maps_.erase(before);
-      graphs_.erase(before);
-      stale_.erase(before);
-    }
-    T_map_cam_[id] = T_map_fused_[id] = T_map_stored_[id] = T;
+    if (components_.contains(id)) graphs_.erase(components_.anchorOf(id));
+    T_map_cam_[id] = T_map_stored_[id] = T;
     by_anchor[standing.components.anchorOf(id)][id] = T;
   }
-  std::erase_if(unfused_, [&](const KeyframeId& id) { return poses->contains(id); });
-  for (const auto& [anchor, members] : by_anchor) {
-    auto map = SurfelMap::create(device_, options_.fusion);
-    if (!map) return map.error();
-    maps_.emplace(anchor, std::move(*map));
-    for (const auto& [id, T] : members) unfused_.push_back(id);  // in order of their ids, as in rebuild()
+  if (auto laid_out = surfels_.layOut(by_anchor); !laid_out) return laid_out;
+  for (const auto& [anchor, members] : by_anchor)
     if (auto stored = store_.setPoses(mapIdOf(anchor), members); !stored) return stored;
-  }
   components_ = std::move(standing.components);
   edges_ = std::move(standing.edges);
   ties_.clear();  // they name places in edges_
   indexed_edges_ = 0;
   return {};
-}
-
-Result<bool> MapBuilder::catchUp(size_t keyframes) {
-  for (; keyframes > 0 && !unfused_.empty(); --keyframes) {
-    const KeyframeId id = unfused_.front();
-    const auto keyframe = load(id);
-    if (!keyframe) return keyframe.error();
-    if (auto fused = fuse(*keyframe, entries_.at(id)); !fused) return fused.error();
-    unfused_.pop_front();
-  }
-  return unfused_.empty();
 }
 
 Result<void> MapBuilder::settle() {
@@ -189,10 +164,7 @@ Result<void> MapBuilder::settle() {
   auto poses = canonicalPoses(*standing, {anchors.begin(), anchors.end()}, options_.graph);
   if (!poses) return poses.error();
   graphs_.clear();
-  for (const auto& [id, T] : *poses) {
-    T_map_cam_.at(id) = T;
-    if (!equal(T, T_map_fused_.at(id))) stale_.insert(components_.anchorOf(id));
-  }
+  for (const auto& [id, T] : *poses) T_map_cam_.at(id) = T;
   return {};
 }
 

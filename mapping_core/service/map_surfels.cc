@@ -1,0 +1,138 @@
+#include "mapping_core/service/map_surfels.h"
+
+#include <algorithm>
+
+namespace comap {
+namespace {
+
+bool equal(const Pose& a, const Pose& b) {
+  return a.translation() == b.translation() && a.rotation().coeffs() == b.rotation().coeffs();
+}
+
+void transformSurfels(const Pose& T, std::vector<Surfel>& surfels) {
+  const Eigen::Matrix3f r = T.rotationMatrix().cast<float>();
+  const Eigen::Vector3f t = T.translation().cast<float>();
+  for (Surfel& surfel : surfels) {
+    surfel.position = r * surfel.position + t;
+    surfel.normal = r * surfel.normal;
+  }
+}
+
+}  // namespace
+
+double displacement(const Pose& T_new, const Pose& T_old) {
+  const Pose change = T_new * T_old.inverse();
+  const Eigen::Vector3d seen = T_old * Eigen::Vector3d(0, 0, 2);
+  return std::max((change * T_old.translation() - T_old.translation()).norm(), (change * seen - seen).norm());
+}
+
+Result<void> MapSurfels::begin(const KeyframeId& anchor) {
+  auto map = SurfelMap::create(device_, fusion_);
+  if (!map) return map.error();
+  maps_.erase(anchor);
+  maps_.emplace(anchor, std::move(*map));
+  return {};
+}
+
+Result<void> MapSurfels::fuse(const Keyframe& keyframe, const KeyframeId& anchor, const Pose& T_map_cam) {
+  Known& known = keyframes_.at(keyframe.id);
+  const uint32_t contributor = 1u << (known.robot % 32);
+  const auto report =
+      maps_.at(anchor).fuse(keyframe.camera, keyframe.colour, keyframe.depth, T_map_cam, known.index, contributor);
+  if (!report) return report.error();
+  known.anchor = anchor;
+  known.T_map_cam = T_map_cam;
+  return {};
+}
+
+Result<bool> MapSurfels::follow(const KeyframeId& anchor, const MapPoses& T_map_cam) {
+  double largest = 0;
+  for (const auto& [id, T] : T_map_cam) largest = std::max(largest, displacement(T, keyframes_.at(id).T_map_cam));
+  if (largest > 0) stale_.insert(anchor);
+  if (largest < move_m_) return false;
+  std::vector<Pose> T_new_old(keyframes_.size());
+  for (const auto& [id, T] : T_map_cam) {
+    Known& known = keyframes_.at(id);
+    T_new_old[known.index] = T * known.T_map_cam.inverse();
+    known.T_map_cam = T;
+  }
+  if (auto moved = maps_.at(anchor).moveOwners(T_new_old); !moved) return moved.error();
+  return true;
+}
+
+Result<void> MapSurfels::join(const KeyframeId& kept, const KeyframeId& absorbed, const Pose& T_kept_absorbed) {
+  auto surfels = maps_.at(absorbed).download();
+  if (!surfels) return surfels.error();
+  transformSurfels(T_kept_absorbed, *surfels);
+  if (auto appended = maps_.at(kept).append(*surfels); !appended) return appended.error();
+  maps_.erase(absorbed);
+  stale_.erase(absorbed);
+  stale_.insert(kept);  // two maps laid into each other are not yet the map of all their keyframes
+  for (auto& [id, known] : keyframes_) {
+    if (known.anchor != absorbed) continue;
+    known.anchor = kept;
+    known.T_map_cam = T_kept_absorbed * known.T_map_cam;
+  }
+  return {};
+}
+
+Result<void> MapSurfels::layOut(const std::map<KeyframeId, MapPoses>& maps) {
+  for (const auto& [anchor, poses] : maps)
+    for (const auto& [id, T] : poses) {
+      Known& known = keyframes_.at(id);
+      maps_.erase(known.anchor);
+      stale_.erase(known.anchor);
+    }
+  std::erase_if(unfused_, [&](const KeyframeId& id) {
+    return std::any_of(maps.begin(), maps.end(), [&](const auto& map) { return map.second.contains(id); });
+  });
+  for (const auto& [anchor, poses] : maps) {
+    if (auto begun = begin(anchor); !begun) return begun;
+    for (const auto& [id, T] : poses) {
+      Known& known = keyframes_.at(id);
+      known.anchor = anchor;
+      known.T_map_cam = T;
+      unfused_.push_back(id);
+    }
+  }
+  return {};
+}
+
+Result<bool> MapSurfels::catchUp(size_t keyframes) {
+  for (; keyframes > 0 && !unfused_.empty(); --keyframes) {
+    const KeyframeId id = unfused_.front();
+    const auto keyframe = load_(id);
+    if (!keyframe) return keyframe.error();
+    const Known known = keyframes_.at(id);
+    if (auto fused = fuse(*keyframe, known.anchor, known.T_map_cam); !fused) return fused.error();
+    unfused_.pop_front();
+  }
+  return unfused_.empty();
+}
+
+Result<void> MapSurfels::rebuild(const MapPoses& T_map_cam, const std::function<void(size_t, size_t)>& progress) {
+  for (const KeyframeId& id : unfused_) stale_.insert(keyframes_.at(id).anchor);
+  unfused_.clear();
+  for (const auto& [id, known] : keyframes_)
+    if (!equal(known.T_map_cam, T_map_cam.at(id))) stale_.insert(known.anchor);
+  std::map<KeyframeId, std::vector<KeyframeId>> members;
+  size_t all = 0, done = 0;
+  for (const auto& [id, known] : keyframes_) {
+    if (!stale_.contains(known.anchor)) continue;
+    members[known.anchor].push_back(id);
+    ++all;
+  }
+  for (const auto& [anchor, ids] : members) {
+    maps_.at(anchor).clear();
+    for (const KeyframeId& id : ids) {
+      const auto keyframe = load_(id);
+      if (!keyframe) return keyframe.error();
+      if (auto fused = fuse(*keyframe, anchor, T_map_cam.at(id)); !fused) return fused.error();
+      if (progress) progress(++done, all);
+    }
+    stale_.erase(anchor);
+  }
+  return {};
+}
+
+}  // namespace comap
