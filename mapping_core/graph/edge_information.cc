@@ -35,4 +35,11 @@ Result<Matrix6d> squareRootInformation(const Matrix6d& information, double sigma
   return Matrix6d(known.asDiagonal() * eigen.eigenvectors().transpose() * floor.cwiseInverse().asDiagonal());
 }
 
+Result<Matrix6d> squareRootInformation(const Edge& edge, const GraphOptions& options) {
+  auto root = squareRootInformation(edge.information, options.sigma_floor_m, options.sigma_floor_rad);
+  const bool closure = edge.kind == EdgeKind::kLoop || edge.kind == EdgeKind::kInterRobot;
+  if (root && closure) *root /= options.closure_sigma;
+  return root;
+}
+
 }  // namespace comap

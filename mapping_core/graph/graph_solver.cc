@@ -41,8 +41,7 @@ Result<void> GraphSolver::addEdge(const Edge& edge) {
   }
   if (from == to) return Error{ErrorCode::kBadData, name + ": both ends are one keyframe"};
   if (!edge.T_from_to.isFinite()) return Error{ErrorCode::kBadData, name + ": its pose is not finite"};
-  const auto root =
-      squareRootInformation(edge.information, options_.graph.sigma_floor_m, options_.graph.sigma_floor_rad);
+  const auto root = squareRootInformation(edge, options_.graph);
   if (!root) return Error{root.error().code, name + ": " + root.error().text};
   const EdgeKey key = keyOf(edge);
   ++revision_;

@@ -48,7 +48,7 @@ class WholeGraph {
       if (id != anchor) free_.push_back(number);
     }
     for (const Edge& edge : edges) {
-      Result<Matrix6d> root = squareRootInformation(edge.information, options.sigma_floor_m, options.sigma_floor_rad);
+      Result<Matrix6d> root = squareRootInformation(edge, options);
       if (!root) return Error{root.error().code, describe(edge) + ": " + root.error().text};
       problem.addEdge({index.at(edge.from), index.at(edge.to), edge.kind, edge.T_from_to, *root});
     }

@@ -16,6 +16,8 @@ struct GraphOptions {
   int max_iterations = 50;
   double sigma_floor_m = 0.002;  ///< no edge is better known than this
   double sigma_floor_rad = 0.0005;
+  /// How many times less well loop and inter-robot edges are known than their information says.
+  double closure_sigma = 1;
   double gate_chi2 = 16.8;   ///< chi2(6, 0.99): residual beyond which a loop edge counts as false
   bool reject_loops = true;  ///< graduated non-convexity on loop and inter-robot edges
 };

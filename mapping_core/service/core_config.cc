@@ -98,8 +98,8 @@ tiles:
       m.fusion.depth_max_m, m.fusion.stable_confidence, m.fusion.averaging_limit, m.search.candidates,
       m.search.loop_candidates, m.search.max_dissimilarity, m.verifier.inlier_ratio, m.verifier.overlap,
       m.verifier.rms_sigma, m.verifier.degeneracy, m.verifier.photometric_median, m.verifier.seen_through,
-      m.verifier.unlike, m.verifier.features, m.vote.needed, m.probation.witnesses, c.service.fern_seed, c.service.tile_every_keyframes,
-      c.service.tile_spacing_m);
+      m.verifier.unlike, m.verifier.features, m.vote.needed, m.probation.witnesses, c.service.fern_seed,
+      c.service.tile_every_keyframes, c.service.tile_spacing_m);
 }
 
 }  // namespace comap

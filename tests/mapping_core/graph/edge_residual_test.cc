@@ -143,5 +143,19 @@ TEST(LoopWeights, fallWithTheResidualAndSharpenToTheGate) {
   EXPECT_LE(initialSharpness(std::vector<double>{1, 2, 8}, kGate), 0) << "nothing to reject";
 }
 
+TEST(EdgeInformation, closuresAreKnownLessWellThanTheirInformationSays) {
+  Edge edge;
+  edge.information = Matrix6d::Identity() * 100;
+  GraphOptions options;
+  options.closure_sigma = 4;
+  for (const EdgeKind kind : {EdgeKind::kOdometry, EdgeKind::kCovisibility, EdgeKind::kLoop, EdgeKind::kInterRobot}) {
+    edge.kind = kind;
+    const Result<Matrix6d> root = squareRootInformation(edge, options);
+    ASSERT_TRUE(root);
+    const bool closure = kind == EdgeKind::kLoop || kind == EdgeKind::kInterRobot;
+    EXPECT_NEAR(std::abs(root->determinant()), std::pow(closure ? 10.0 / 4 : 10.0, 6), closure ? 0.5 : 2e3);
+  }
+}
+
 }  // namespace
 }  // namespace comap
