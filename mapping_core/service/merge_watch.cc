@@ -98,13 +98,13 @@ Result<std::vector<Objection>> MergeWatch::objections(const std::map<KeyframeId,
   std::vector<Objection> found;
   for (Watched& one : watched_) {
     if (one.probation.viewsContradict(options_)) {
-      Evidence anew;
+      std::map<KeyframeId, Evidence> anew;
       for (const auto& [witness, other] : one.probation.compared()) {
         const auto seen = hearing_.compare(witness, other, T_map_cam.at(witness).inverse() * T_map_cam.at(other));
         if (!seen) return seen.error();
-        anew.add(*seen);
+        anew[witness].add(*seen);
       }
-      one.probation.rehear(anew);
+      one.probation.rehear(std::move(anew));
     }
     if (auto reason = one.probation.objection(T_map_cam, options_, vote_))
       found.push_back({one.probation.merge(), std::move(*reason)});

@@ -26,8 +26,7 @@ bool Probation::between(const Closure& closure) const {
 
 void Probation::hear(const KeyframeId& witness, const std::vector<ComparedViews>& compared, const Evidence& evidence) {
   if (evidence.views == 0) return;
-  evidence_.add(evidence);
-  witnesses_.insert(witness);
+  heard_[witness].add(evidence);
   compared_.insert(compared_.end(), compared.begin(), compared.end());
 }
 
@@ -39,15 +38,38 @@ size_t Probation::countIndependent(const std::vector<Closure>& closures) {
   return counted.size();
 }
 
+Evidence Probation::evidence() const {
+  Evidence all;
+  for (const auto& [witness, evidence] : heard_) all.add(evidence);
+  return all;
+}
+
+size_t Probation::contradictingWitnesses(const ProbationOptions& options) const {
+  return static_cast<size_t>(std::count_if(heard_.begin(), heard_.end(), [&](const auto& heard) {
+    return heard.second.contradicted() > options.witness_contradicted;
+  }));
+}
+
+bool Probation::manyContradict(const ProbationOptions& options) const {
+  const size_t count = contradictingWitnesses(options);
+  return count >= std::max<size_t>(options.contradicting_witnesses, 1) &&
+         static_cast<double>(count) >= options.contradicting_share * static_cast<double>(heard_.size());
+}
+
 bool Probation::viewsContradict(const ProbationOptions& options) const {
-  return evidence_.views >= options.fewest_views && evidence_.contradicted() > options.contradicted;
+  const Evidence all = evidence();
+  return all.views >= options.fewest_views && (all.contradicted() > options.contradicted || manyContradict(options));
 }
 
 std::optional<std::string> Probation::objection(const std::map<KeyframeId, Pose>& T_map_cam,
                                                 const ProbationOptions& options, const VoteOptions& vote) const {
-  if (viewsContradict(options))
-    return fmt::format("{:.1f} % of the surface that later keyframes of both maps see contradicts it, in {} views",
-                       100 * evidence_.contradicted(), evidence_.views);
+  if (viewsContradict(options)) {
+    const Evidence all = evidence();
+    return fmt::format(
+        "{:.1f} % of the surface that later keyframes of both maps see contradicts it, in {} views; {} of {} keyframes "
+        "see much that does",
+        100 * all.contradicted(), all.views, contradictingWitnesses(options), heard_.size());
+  }
   const Together one_side = [this](const KeyframeId& a, const KeyframeId& b) { return sideOf(a) == sideOf(b); };
   size_t most = 0;
   for (const Closure& one : opponents_) {

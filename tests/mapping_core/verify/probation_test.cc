@@ -76,10 +76,25 @@ TEST_F(ProbationTest, viewsThatContradictAreAnObjectionOnceThereAreEnough) {
   probation.hear(b(2), {{b(2), a(2)}}, views(4, 0.05));
   EXPECT_EQ(objection(probation), "") << "too few to tell";
   probation.hear(b(3), {{b(3), a(3)}}, views(4, 0.05));
-  EXPECT_EQ(objection(probation),
-            "5.0 % of the surface that later keyframes of both maps see contradicts it, in 8 views");
-  probation.rehear(views(8, 0.002));
+  EXPECT_EQ(
+      objection(probation),
+      "5.0 % of the surface that later keyframes of both maps see contradicts it, in 8 views; 2 of 2 keyframes see "
+      "much that does");
+  probation.rehear({{b(2), views(4, 0.002)}, {b(3), views(4, 0.002)}});
   EXPECT_EQ(objection(probation), "") << "poses have become better since";
+}
+
+// Two rooms that differ in one corner: it is in view of few keyframes, and drowns in what all the others see.
+TEST_F(ProbationTest, fewKeyframesThatSeeMuchOfADifferenceAreAnObjection) {
+  Probation probation = make();
+  for (uint32_t i = 0; i < 8; ++i) probation.hear(a(10 + i), {{a(10 + i), b(3)}}, views(8, 0));
+  for (uint32_t i = 0; i < 2; ++i) probation.hear(b(10 + i), {{b(10 + i), a(3)}}, views(4, 0.025));
+  EXPECT_EQ(objection(probation), "") << "something was moved in view of two of them";
+  probation.hear(b(12), {{b(12), a(3)}}, views(4, 0.025));
+  EXPECT_LT(probation.evidence().contradicted(), ProbationOptions{}.contradicted);
+  EXPECT_NE(objection(probation).find("3 of 11 keyframes see much that does"), std::string::npos);
+  for (uint32_t i = 0; i < 8; ++i) probation.hear(a(20 + i), {{a(20 + i), b(3)}}, views(8, 0));
+  EXPECT_EQ(objection(probation), "") << "so many others see nothing wrong";
 }
 
 TEST_F(ProbationTest, opposedClosuresMustAgreeWithEachOtherAndBeAsManyAsTheSupporters) {
