@@ -30,7 +30,7 @@ std::vector<WayPoint> roundOf(double x, double length, double width) {
   std::vector<WayPoint> round;
   for (int i = 0; i < kSteps; ++i) {
     const double angle = 2 * std::numbers::pi * i / kSteps;
-    round.push_back({x + length / 2 + 0.5 * std::cos(angle), width / 2 + 0.4 * std::sin(angle), 1.3 + 0.02 * (i % 3),
+    round.push_back({x + length / 2 + 0.9 * std::cos(angle), width / 2 + 0.7 * std::sin(angle), 1.3 + 0.02 * (i % 3),
                      360.0 * i / kSteps, -8});
   }
   return round;

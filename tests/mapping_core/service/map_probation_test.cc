@@ -92,7 +92,7 @@ class MapInTheWrongPlace : public MapProbation {
     forgeMatch(*store, 'a', 'b', 0, wrong);
     forgeMatch(*store, 'a', 'b', 3, wrong);
     MapBuilderOptions options = credulous(roomOptions());
-    options.probation.contradicted = 1;  // only closures tell
+    options.probation.contradicted = options.probation.witness_contradicted = 1;  // only closures tell
     options.probation.witnesses = witnesses;
     MapBuilder builder(device, *store, options);
     ASSERT_TRUE(builder.restore());

@@ -124,7 +124,7 @@ TEST_F(MapStoreDamageTest, whatIsNoMapStoreIsLeftAlone) {
   fs::remove(path_);
   fill();
   sql("PRAGMA user_version = 9");
-  refuse("schema version 9 is newer than 2");
+  refuse("schema version 9 is newer than 3");
 
   write("");
   const auto empty = read();
