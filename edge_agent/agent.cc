@@ -8,10 +8,18 @@ namespace comap {
 namespace {
 
 constexpr int kDamagedInARow = 10;
+constexpr std::chrono::seconds kHelloPeriod{1}, kStatusPeriod{1};
+
+SenderOptions senderOptions(const AgentConfig& config) {
+  SenderOptions options = config.sender;
+  options.outbox_quota_bytes = quotaBytes(config.outbox);
+  return options;
+}
 
 }  // namespace
 
-Agent::Agent(const AgentConfig& config, uint64_t session, FrameSource& source, Link& link, Log log, Record record)
+Agent::Agent(const AgentConfig& config, uint64_t session, Outbox outbox, FrameSource& source, Link& link, Log log,
+             Record record)
     : config_(config),
       session_(session),
       source_(source),
@@ -21,11 +29,12 @@ Agent::Agent(const AgentConfig& config, uint64_t session, FrameSource& source, L
       book_(FernBook::standard(config.fern_seed)),
       odometry_(config.odometry),
       recovery_(config.recovery),
-      sender_(link, config.robot, session, config.sender) {}
+      sender_(link, config.robot, session, senderOptions(config), std::move(outbox), log_) {}
 
 Result<void> Agent::hello() {
   const auto encoded = encodeHello({config_.robot, session_, book_.hash(), COMAP_VERSION});
   if (!encoded) return encoded.error();
+  last_hello_ = std::chrono::steady_clock::now();
   return link_.publish(Topic::kHello, config_.robot, *encoded);
 }
 
@@ -148,7 +157,18 @@ Result<void> Agent::closeKeyframe() {
   return sender_.add(keyframe);
 }
 
+// A hello may be lost with a core or a link that ended; a robot that is not heard of may be taken for one that ended.
+void Agent::keepInTouch(std::chrono::steady_clock::time_point now) {
+  const bool peer = link_.peers() > 0;
+  if (peer && (!had_peer_ || !welcome_) && now - last_hello_ >= kHelloPeriod) {
+    if (!hello()) return;  // again after the next period
+  }
+  had_peer_ = peer;
+  if (now - last_status_ >= kStatusPeriod) sendStatus(finished_);
+}
+
 Result<void> Agent::exchange(std::chrono::milliseconds timeout) {
+  keepInTouch(std::chrono::steady_clock::now());
   if (welcome_) sender_.sendDue(std::chrono::steady_clock::now());
   auto delivery = link_.receive(timeout);
   while (delivery) {
@@ -168,7 +188,10 @@ Result<void> Agent::handle(const Delivery& delivery) {
     case Topic::kAck: {
       const auto ack = decodeAcknowledgement(delivery.payload);
       if (!ack) return refuse(ack.error());
-      if (ack->session != session_) return {};  // of this robot's earlier life
+      if (ack->session != session_) {  // of this robot's earlier life
+        sender_.acknowledge(*ack, std::chrono::steady_clock::now());
+        return {};
+      }
       if (!ack->refusal.empty())
         return Error{ErrorCode::kProblem, "the core refuses robot " + config_.robot + ": " + ack->refusal};
       if (ack->next_expected < durable_below_)
@@ -177,7 +200,7 @@ Result<void> Agent::handle(const Delivery& delivery) {
                                               " keyframes it acknowledged: it was started anew; start this agent anew"};
       durable_below_ = ack->next_expected;
       welcome_ = true;
-      sender_.acknowledge(*ack);
+      sender_.acknowledge(*ack, std::chrono::steady_clock::now());
       mapped_below_ = std::max(mapped_below_, ack->mapped_below);
       return {};
     }
@@ -205,6 +228,7 @@ Result<void> Agent::handle(const Delivery& delivery) {
 }
 
 void Agent::sendInterest() {
+  if (!welcome_) return;
   Interest interest;
   interest.robot = config_.robot;
   interest.session = session_;
@@ -217,6 +241,9 @@ void Agent::sendInterest() {
 }
 
 void Agent::sendStatus(bool finished) {
+  finished_ = finished;
+  last_status_ = std::chrono::steady_clock::now();
+  if (!welcome_) return;
   Status status;
   status.robot = config_.robot;
   status.session = session_;
@@ -227,6 +254,9 @@ void Agent::sendStatus(bool finished) {
   status.keyframes = statistics_.keyframes;
   status.outbox = unacknowledged();
   status.finished = finished;
+  status.outbox_bytes = sender_.waitingBytes();
+  status.keyframes_thinned = sender_.losses().thinned;
+  status.keyframes_dropped = sender_.losses().dropped;
   if (const auto encoded = encodeStatus(status)) (void)link_.publish(Topic::kStatus, config_.robot, *encoded);
 }
 

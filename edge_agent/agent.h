@@ -43,10 +43,12 @@ class Agent {
   using Log = std::function<void(const std::string& line)>;
   /// Takes each frame in order, except those that stand nowhere: lost, or before the first keyframe.
   using Record = std::function<void(const FrameRecord& frame)>;
-  /// `session` must be new at each start of this robot.
-  Agent(const AgentConfig& config, uint64_t session, FrameSource& source, Link& link, Log log, Record record);
+  /// `session` must be new at each start of this robot. Of `outbox`, keyframes of earlier sessions are sent too.
+  Agent(const AgentConfig& config, uint64_t session, Outbox outbox, FrameSource& source, Link& link, Log log,
+        Record record);
 
-  /// Introduces the robot. Call once before anything else.
+  /// Introduces the robot. Call once before anything else; exchange() repeats it until the core answers, and whenever
+  /// the core was out of sight.
   Result<void> hello();
 
   enum class Progress {
@@ -71,10 +73,12 @@ class Agent {
   /// Tells all how the robot does. `finished`: source ended and all keyframes acknowledged.
   void sendStatus(bool finished);
 
-  bool allAcknowledged() const { return sender_.waiting() == 0; }
+  bool allAcknowledged() const { return sender_.waitingInAll() == 0; }  ///< of earlier sessions too
   uint32_t mappedBelow() const { return mapped_below_; }  ///< keyframes in the joint map: all before this sequence
   bool allMapped() const { return mapped_below_ >= statistics_.keyframes; }
-  uint32_t unacknowledged() const { return static_cast<uint32_t>(sender_.waiting()); }
+  uint32_t unacknowledged() const { return static_cast<uint32_t>(sender_.waitingInAll()); }
+  uint32_t onlyInMemory() const { return static_cast<uint32_t>(sender_.waitingInMemory()); }  ///< the disk failed
+  const SenderLosses& losses() const { return sender_.losses(); }
   uint64_t uplinkBytes() const { return sender_.bytesSent(); }
   uint64_t session() const { return session_; }
   const std::optional<Correction>& correction() const { return correction_; }
@@ -85,6 +89,7 @@ class Agent {
   const Relocalisation* findBack(const Frame& frame, TrackedFrame& tracked);
   void beginKeyframe(const Frame& frame, const TrackedFrame& tracked, const Relocalisation* found);
   Result<void> handle(const Delivery& delivery);
+  void keepInTouch(std::chrono::steady_clock::time_point now);
 
   AgentConfig config_;
   uint64_t session_;
@@ -104,6 +109,9 @@ class Agent {
   int frames_since_keyframe_ = 0;
   int damaged_in_a_row_ = 0;
   bool welcome_ = false;  // the core has answered the hello: topics may overtake each other, so nothing goes before
+  bool had_peer_ = false;
+  bool finished_ = false;  // as last told
+  std::chrono::steady_clock::time_point last_hello_{}, last_status_{};
   uint32_t durable_below_ = 0;
   uint32_t mapped_below_ = 0;
   Pose T_odom_cam_;

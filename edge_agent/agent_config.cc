@@ -6,6 +6,12 @@
 
 namespace comap {
 
+namespace {
+
+constexpr uint32_t kUnlimited_mb = 4'000'000'000;  // written as 0
+
+}  // namespace
+
 Result<AgentConfig> readAgentConfig(const std::string& path) {
   auto reader = ConfigReader::fromFile(path);
   if (!reader) return reader.error();
@@ -40,16 +46,26 @@ Result<AgentConfig> readAgentConfig(const std::string& path) {
   keyframes.read("depth_step_per_m", config.depth_rounding.step_per_m, 0.0001, 0.005);
 
   ConfigReader uplink = reader->section("uplink");
-  uint32_t window = static_cast<uint32_t>(config.sender.window);
+  uint32_t window = static_cast<uint32_t>(config.sender.send.window);
   uint32_t waiting = static_cast<uint32_t>(config.max_waiting_keyframes);
-  int64_t resend_ms = config.sender.resend_after.count();
+  int64_t resend_ms = config.sender.send.resend_after.count();
+  int64_t budget = static_cast<int64_t>(config.sender.send.budget_bytes_per_s);
   uplink.read("window_keyframes", window, 1, 64);
   uplink.read("max_waiting_keyframes", waiting, 2, 100000);
   uplink.read("resend_after_ms", resend_ms, 50, 600000);
+  uplink.read("budget_bytes_per_s", budget, 0, 1'000'000'000);
   uplink.read("jpeg_quality", config.sender.jpeg_quality, 30, 100);
-  config.sender.window = window;
+  config.sender.send.window = window;
+  config.sender.send.budget_bytes_per_s = static_cast<uint64_t>(budget);
   config.max_waiting_keyframes = waiting;
-  config.sender.resend_after = std::chrono::milliseconds(resend_ms);
+  config.sender.send.resend_after = std::chrono::milliseconds(resend_ms);
+
+  ConfigReader outbox = reader->section("outbox");
+  outbox.read("kind", config.outbox.kind, {"disk", "memory"});
+  outbox.read("directory", config.outbox.directory);
+  outbox.read("quota_mb", config.outbox.quota_mb, 0, 10'000'000);
+  outbox.read("thin_jpeg_quality", config.sender.thin_jpeg_quality, 5, 100);
+  if (config.outbox.quota_mb == 0) config.outbox.quota_mb = kUnlimited_mb;
 
   reader->section("ferns").read("seed", config.fern_seed);
 
@@ -88,9 +104,15 @@ keyframes:                      # a new one after any of these
   depth_step_per_m: {}          # rounding of mean depth: step = this * depth^2
 uplink:
   window_keyframes: {}          # in flight at a time
-  max_waiting_keyframes: {}     # a recorded source pauses at so many unacknowledged
-  resend_after_ms: {}
+  max_waiting_keyframes: {}     # a recording pauses at so many unacknowledged; with --realtime it never does
+  resend_after_ms: {}           # at first; longer on a slow link
+  budget_bytes_per_s: {}     # mean rate of keyframes; 0: as fast as the link takes them
   jpeg_quality: {}
+outbox:                         # where keyframes are until the core has them
+  kind: {}                    # disk, or memory: what waits is lost with the process
+  directory: "{}"               # empty: $STATE_DIRECTORY, $XDG_STATE_HOME/comap or $HOME/.local/state/comap
+  quota_mb: {}                # then coarser colour, then fewer keyframes; in memory 256 at most; 0: no limit
+  thin_jpeg_quality: {}
 ferns:
   seed: {}                   # of the book of place codes; the same as the core's
 downlink:
@@ -101,8 +123,10 @@ downlink:
       c.odometry.depth_max_m, c.odometry.alignment.noise.floor_m, c.odometry.alignment.noise.factor_per_m,
       c.odometry.alignment.photometric_weight, c.odometry.inherited_frames, c.odometry.lost_after, c.odometry.threads,
       c.recovery.patience_frames, c.keyframes.translation_m, c.keyframes.rotation_rad, c.keyframes.overlap,
-      c.keyframes.max_frames, c.depth_rounding.step_per_m, c.sender.window, c.max_waiting_keyframes,
-      c.sender.resend_after.count(), c.sender.jpeg_quality, c.fern_seed, c.interest_radius_m, c.downlink_bytes_per_s);
+      c.keyframes.max_frames, c.depth_rounding.step_per_m, c.sender.send.window, c.max_waiting_keyframes,
+      c.sender.send.resend_after.count(), c.sender.send.budget_bytes_per_s, c.sender.jpeg_quality, c.outbox.kind,
+      c.outbox.directory, c.outbox.quota_mb == kUnlimited_mb ? 0 : c.outbox.quota_mb, c.sender.thin_jpeg_quality,
+      c.fern_seed, c.interest_radius_m, c.downlink_bytes_per_s);
 }
 
 }  // namespace comap

@@ -8,6 +8,7 @@
 #include "edge_agent/odometry/recovery.h"
 #include "edge_agent/odometry/visual_odometry.h"
 #include "edge_agent/uplink/keyframe_sender.h"
+#include "edge_agent/uplink/outbox_place.h"
 #include "mapping_core/ferns/fern_book.h"
 #include "protocol/link/dds_link.h"
 
@@ -21,8 +22,9 @@ struct AgentConfig {
   RecoveryOptions recovery;
   KeyframeOptions keyframes;
   DepthRounding depth_rounding;
-  SenderOptions sender;
-  size_t max_waiting_keyframes = 16;             ///< a recorded source pauses while so many are unacknowledged
+  SenderOptions sender;  ///< its outbox_quota_bytes follows from outbox
+  OutboxOptions outbox;
+  size_t max_waiting_keyframes = 16;             ///< a recording that need not be in time pauses while so many wait
   uint32_t fern_seed = FernBook::kStandardSeed;  ///< the same as the core's
   double interest_radius_m = 10;
   uint32_t downlink_bytes_per_s = 4'000'000;

@@ -47,6 +47,8 @@ AgentReport reportOf(const std::string& robot, const Agent& agent) {
   report.frames = s.frames;
   report.keyframes = s.keyframes;
   report.unacknowledged = agent.unacknowledged();
+  report.keyframes_thinned = agent.losses().thinned;
+  report.keyframes_dropped = agent.losses().dropped;
   report.damaged_frames = s.damaged_frames;
   report.poor_frames = s.poor_frames;
   report.lost_frames = s.lost_frames;
@@ -95,6 +97,8 @@ Result<void> AgentReportFile::finish(const AgentReport& r) {
                      {"frames", r.frames},
                      {"keyframes", r.keyframes},
                      {"unacknowledged", r.unacknowledged},
+                     {"keyframes_thinned", r.keyframes_thinned},
+                     {"keyframes_dropped", r.keyframes_dropped},
                      {"damaged_frames", r.damaged_frames},
                      {"poor_frames", r.poor_frames},
                      {"lost_frames", r.lost_frames},
@@ -129,6 +133,8 @@ Result<AgentReport> readAgentReport(const std::string& path) {
     r.frames = json.at("frames").get<uint32_t>();
     r.keyframes = json.at("keyframes").get<uint32_t>();
     r.unacknowledged = json.at("unacknowledged").get<uint32_t>();
+    r.keyframes_thinned = json.at("keyframes_thinned").get<uint32_t>();
+    r.keyframes_dropped = json.at("keyframes_dropped").get<uint32_t>();
     r.damaged_frames = json.at("damaged_frames").get<uint32_t>();
     r.poor_frames = json.at("poor_frames").get<uint32_t>();
     r.lost_frames = json.at("lost_frames").get<uint32_t>();

@@ -5,6 +5,8 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
+#include <limits>
+#include <memory>
 #include <optional>
 #include <random>
 #include <thread>
@@ -13,6 +15,7 @@
 #include "edge_agent/agent_report.h"
 #include "edge_agent/capture/source_uri.h"
 #include "protocol/link/dds_link.h"
+#include "protocol/link/loopback_link.h"
 #include "protocol/types/whole_file.h"
 
 namespace comap {
@@ -25,9 +28,10 @@ using std::chrono::seconds;
 volatile sig_atomic_t g_stop = 0;
 
 struct Arguments {
-  std::string config, source, robot, site, interface_address, report;
+  std::string config, source, robot, site, interface_address, report, outbox;
   int domain = -1, threads = 0;
-  bool insecure = false, realtime = false, list_sources = false, print_config = false, check_config = false;
+  bool insecure = false, realtime = false, offline = false, deliver = false, list_sources = false, print_config = false,
+       check_config = false;
   int patience_s = 60;
 };
 
@@ -50,6 +54,14 @@ Result<AgentConfig> configure(const Arguments& arguments) {
   if (arguments.domain >= 0) config.link.domain = arguments.domain;
   if (arguments.threads > 0) config.odometry.threads = arguments.threads;
   config.link.insecure = config.link.insecure || arguments.insecure;
+  if (arguments.outbox == "memory") {
+    config.outbox.kind = "memory";
+  } else if (!arguments.outbox.empty()) {
+    config.outbox.kind = "disk";
+    config.outbox.directory = arguments.outbox;
+  }
+  if (arguments.offline && config.outbox.kind == "memory")
+    return Error{ErrorCode::kWrongUse, "--offline keeps keyframes for a later start: it needs an outbox on disk"};
   if (const std::string problem = robotNameProblem(config.robot); !problem.empty())
     return Error{ErrorCode::kWrongUse, problem};
   config.link.role = LinkRole::kRobot;
@@ -77,14 +89,32 @@ Result<void> awaitCore(const AgentConfig& config, const Link& link, int patience
   return {};
 }
 
-Error silentCore(const Agent& agent, int patience_s) {
-  return {ErrorCode::kUnreachable, std::to_string(agent.unacknowledged()) +
-                                       " keyframes are not acknowledged and the core has been silent for " +
-                                       std::to_string(patience_s) + " s"};
+std::string whatWaits(const Agent& agent, const std::string& outbox) {
+  const std::string count = std::to_string(agent.unacknowledged()) + " keyframes";
+  if (outbox.empty()) return count + " are not acknowledged by the core: they are lost";
+  std::string text = count + " wait in " + outbox + " and are sent by the next start";
+  if (agent.onlyInMemory() > 0)
+    text += ", except " + std::to_string(agent.onlyInMemory()) + " that could not be written there: they are lost";
+  return text;
 }
 
+Error silentCore(const Agent& agent, int patience_s, const std::string& outbox) {
+  return {ErrorCode::kUnreachable,
+          "the core has been silent for " + std::to_string(patience_s) + " s; " + whatWaits(agent, outbox)};
+}
+
+// For a start that only delivers what earlier ones have left.
+class NoSource final : public FrameSource {
+ public:
+  Result<std::optional<Frame>> next() override { return std::optional<Frame>(); }
+  size_t size() const override { return 0; }
+  std::string description() const override { return "delivers what waits in its outbox"; }
+};
+
 // While frames come. Recorded sources play as fast as the core keeps up, or at their own speed.
-Result<void> drive(Agent& agent, bool realtime, int patience_s) {
+Result<void> drive(Agent& agent, const Arguments& arguments, const std::string& outbox) {
+  const bool realtime = arguments.realtime, in_time = realtime || arguments.offline;
+  const int patience_s = arguments.patience_s;
   const auto start = Clock::now();
   auto last_progress = start;
   uint32_t frames = 0;
@@ -97,7 +127,7 @@ Result<void> drive(Agent& agent, bool realtime, int patience_s) {
       return exchanged;
     if (*taken == Agent::Progress::kFrame || agent.unacknowledged() != unacknowledged) last_progress = Clock::now();
     unacknowledged = agent.unacknowledged();
-    if (Clock::now() - last_progress > seconds(patience_s)) return silentCore(agent, patience_s);
+    if (!in_time && Clock::now() - last_progress > seconds(patience_s)) return silentCore(agent, patience_s, outbox);
     const AgentStatistics& taken_so_far = agent.statistics();
     if (!realtime || taken_so_far.frames == frames) continue;
     frames = taken_so_far.frames;
@@ -112,7 +142,7 @@ Result<void> drive(Agent& agent, bool realtime, int patience_s) {
 }
 
 // After the last frame: until the core has all keyframes in its map and no more tiles come.
-Result<void> settle(Agent& agent, int patience_s) {
+Result<void> settle(Agent& agent, int patience_s, const std::string& outbox) {
   constexpr milliseconds kInterestPeriod(500), kQuiet(2500);
   auto last_progress = Clock::now(), last_news = Clock::now(), last_interest = Clock::now() - kInterestPeriod;
   uint32_t unacknowledged = agent.unacknowledged();
@@ -138,17 +168,33 @@ Result<void> settle(Agent& agent, int patience_s) {
     if (agent.allAcknowledged() && agent.allMapped() && Clock::now() - last_news > kQuiet) return {};
     if (Clock::now() - last_progress > seconds(patience_s)) {
       if (agent.allAcknowledged()) return {};
-      return silentCore(agent, patience_s);
+      return silentCore(agent, patience_s, outbox);
     }
   }
   return {};
 }
 
-Result<void> work(Agent& agent, const AgentConfig& config, const Link& link, const Arguments& arguments) {
+Result<void> work(Agent& agent, const AgentConfig& config, const Link& link, const Arguments& arguments,
+                  const std::string& outbox) {
   if (auto greeted = agent.hello(); !greeted) return greeted;
-  if (auto found = awaitCore(config, link, arguments.patience_s); !found) return found;
-  if (auto driven = drive(agent, arguments.realtime, arguments.patience_s); !driven) return driven;
-  return settle(agent, arguments.patience_s);
+  if (!arguments.realtime && !arguments.offline)
+    if (auto found = awaitCore(config, link, arguments.patience_s); !found) return found;
+  if (auto driven = drive(agent, arguments, outbox); !driven) return driven;
+  if (arguments.offline) return {};
+  return settle(agent, arguments.patience_s, outbox);
+}
+
+Result<std::unique_ptr<FrameSource>> sourceOf(const AgentConfig& config, const Arguments& arguments) {
+  if (arguments.deliver) return std::unique_ptr<FrameSource>(std::make_unique<NoSource>());
+  if (config.source.empty())
+    return Error{ErrorCode::kWrongUse, "no source: give --source or 'source' in the configuration"};
+  return openSource(config.source);
+}
+
+// Offline there is no wire, not even one that nobody answers on.
+Result<std::unique_ptr<Link>> linkOf(const AgentConfig& config, const Arguments& arguments) {
+  if (arguments.offline) return LoopbackHub().connect(LinkRole::kRobot, config.robot);
+  return connectDds(config.link);
 }
 
 int run(const Arguments& arguments) {
@@ -159,14 +205,19 @@ int run(const Arguments& arguments) {
     return 0;
   }
   if (arguments.check_config) return 0;
-  if (config->source.empty())
-    return failWith({ErrorCode::kWrongUse, "no source: give --source or 'source' in the configuration"});
   if (auto writable = checkFolderOf(arguments.report); !writable) return failWith(writable.error());
-  auto source = openSource(config->source);
+  auto source = sourceOf(*config, arguments);
   if (!source) return failWith(source.error());
-  auto link = connectDds(config->link);
+  auto link = linkOf(*config, arguments);
   if (!link) return failWith(link.error());
   const auto log = [](const std::string& line) { std::fprintf(stderr, "%s\n", line.c_str()); };
+  auto outbox = openOutbox(config->outbox, config->robot, log);
+  if (!outbox) return failWith(outbox.error());
+  const std::string outbox_path = config->outbox.kind == "memory" ? "" : outbox->path();
+  const auto session = outbox->beginSession(newSession());
+  if (!session) return failWith(session.error());
+  if (outbox->size() > 0)
+    log(config->robot + ": " + std::to_string(outbox->size()) + " keyframes of earlier starts wait in " + outbox_path);
   log(config->robot + ": " + (*source)->description());
   std::optional<AgentReportFile> report;
   if (!arguments.report.empty()) {
@@ -177,15 +228,18 @@ int run(const Arguments& arguments) {
   const auto record = [&](const FrameRecord& frame) {
     if (report) report->add(frame);
   };
-  Agent agent(*config, newSession(), **source, **link, log, record);
-  const auto done = work(agent, *config, **link, arguments);
+  // What moves on in time does not wait for a core: the outbox takes it all.
+  if (arguments.realtime || arguments.offline) config->max_waiting_keyframes = std::numeric_limits<size_t>::max();
+  Agent agent(*config, *session, std::move(*outbox), **source, **link, log, record);
+  const auto done = work(agent, *config, **link, arguments, outbox_path);
   // What was done is told even if it ended badly.
   if (report)
     if (auto written = report->finish(reportOf(config->robot, agent)); !written) return failWith(written.error());
   if (!done) return failWith(done.error());
-  if (!agent.allAcknowledged())
-    return failWith({ErrorCode::kProblem, "stopped with " + std::to_string(agent.unacknowledged()) +
-                                              " keyframes not acknowledged by the core: they are lost"});
+  if (agent.allAcknowledged()) return 0;
+  if (outbox_path.empty() || agent.onlyInMemory() > 0)
+    return failWith({ErrorCode::kProblem, "stopped: " + whatWaits(agent, outbox_path)});
+  log(config->robot + ": " + whatWaits(agent, outbox_path));
   return 0;
 }
 
@@ -213,6 +267,11 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--threads", arguments.threads, "Threads that share a frame's odometry; 1 unless configured")
       ->check(CLI::Range(1, 64));
+  app.add_option("--outbox", arguments.outbox,
+                 "Folder for keyframes until the core has them, or the word memory: lost with the process");
+  app.add_flag("--deliver", arguments.deliver, "Take no frames: send what waits in the outbox and stop");
+  app.add_flag("--offline", arguments.offline, "Without a core: keep all keyframes in the outbox and stop")
+      ->excludes("--deliver");
   app.add_flag("--realtime", arguments.realtime, "Play a recording at its own speed");
   app.add_flag("--list-sources", arguments.list_sources, "Print the kinds of sources and stop");
   app.add_flag("--print-config", arguments.print_config, "Print the configuration in force and stop");

@@ -82,8 +82,9 @@ Result<ReplayOutcome> replayDds(const ReplayOptions& options, const ReplayProgre
   std::vector<ChildProcess> robots;
   for (const ReplayRobot& robot : options.robots) {
     arguments = site;
-    for (const std::string& argument : {std::string("--robot"), robot.name, std::string("--source"), robot.source,
-                                        std::string("--report"), reportPath(options.out, robot.name)})
+    for (const std::string& argument :
+         {std::string("--robot"), robot.name, std::string("--source"), robot.source, std::string("--report"),
+          reportPath(options.out, robot.name), std::string("--outbox"), std::string("memory")})
       arguments.push_back(argument);
     if (options.realtime) arguments.push_back("--realtime");
     auto process = ChildProcess::start(folder + "/edge_agent", arguments, logPath(options.out, robot.name));

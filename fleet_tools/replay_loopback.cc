@@ -110,8 +110,13 @@ Result<ReplayOutcome> replayLoopback(const ReplayOptions& options, const ReplayP
     AgentConfig config;
     config.robot = robot.name;
     config.fern_seed = options.fern_seed;
-    robot.agent = std::make_unique<Agent>(config, ++session, *robot.source, *robot.link, logAs(robot.name),
-                                          [&robot](const FrameRecord& frame) { robot.trajectory.push_back(frame); });
+    config.outbox.kind = "memory";
+    config.sender.send.budget_bytes_per_s = 0;  // no waiting for a clock: the same order each time
+    auto outbox = Outbox::inMemory();
+    if (!outbox) return outbox.error();
+    robot.agent =
+        std::make_unique<Agent>(config, ++session, std::move(*outbox), *robot.source, *robot.link, logAs(robot.name),
+                                [&robot](const FrameRecord& frame) { robot.trajectory.push_back(frame); });
     if (auto greeted = robot.agent->hello(); !greeted) return greeted.error();
   }
   if (auto drained = drain(service); !drained) return drained.error();

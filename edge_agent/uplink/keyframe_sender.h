@@ -1,44 +1,90 @@
-// Keyframes on their way to the core: kept until acknowledged, a few in flight at a time, sent again when overdue.
+// Keyframes on their way to the core: kept until acknowledged, a few in flight at a time, sent again when overdue;
+// those of earlier lives of the agent too.
 #pragma once
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
 #include <string>
 
+#include "edge_agent/uplink/outbox.h"
+#include "edge_agent/uplink/send_window.h"
 #include "protocol/link/link.h"
-#include "protocol/session/outbox.h"
 #include "protocol/types/keyframe.h"
 #include "protocol/types/messages.h"
 
 namespace comap {
 
 struct SenderOptions {
-  size_t window = 8;  ///< keyframes in flight
-  std::chrono::milliseconds resend_after{3000};
+  SendOptions send;
   int jpeg_quality = 90;
+  int thin_jpeg_quality = 30;  ///< of colour once the outbox is full
+  uint64_t outbox_quota_bytes = 2'000'000'000;
 };
 
+/// For want of room, or because a disk or its content failed; since the start of the agent.
+struct SenderLosses {
+  uint32_t thinned = 0;  ///< sent with poorer colour
+  uint32_t dropped = 0;  ///< never sent
+};
+
+/// This session's keyframes go first, then those of the session before it, and so on: what the robot sees now places
+/// it and brings its map back. Within a session the oldest goes first, as the core maps it in order.
 /// Thread rule: one thread.
 class KeyframeSender {
  public:
-  KeyframeSender(Link& link, const std::string& robot, uint64_t session, const SenderOptions& options)
-      : link_(link), robot_(robot), options_(options), outbox_(robot, session) {}
+  using Log = std::function<void(const std::string& line)>;
+  /// `outbox` may hold keyframes of earlier sessions, all below `session`.
+  KeyframeSender(Link& link, const std::string& robot, uint64_t session, const SenderOptions& options, Outbox outbox,
+                 Log log);
 
-  /// Encodes a keyframe and keeps it until it is acknowledged.
+  /// Encodes a keyframe and keeps it until it is acknowledged. If the outbox cannot be written it is kept in memory
+  /// for now, which is told. kWrongUse if its sequence is not above all before.
   Result<void> add(const Keyframe& keyframe);
   /// Sends what is due at `now`. A link that takes nothing is no error: it stays due.
   void sendDue(std::chrono::steady_clock::time_point now);
-  void acknowledge(const Acknowledgement& acknowledgement) { outbox_.acknowledge(acknowledgement); }
+  void acknowledge(const Acknowledgement& acknowledgement, std::chrono::steady_clock::time_point now);
 
-  size_t waiting() const { return outbox_.size(); }
+  size_t waiting() const { return sizeOf(session_); }  ///< of this session
+  size_t waitingInAll() const;
+  size_t waitingInMemory() const { return spare_ ? spare_->size() : 0; }  ///< because the outbox's disk failed
+  uint64_t waitingBytes() const;
   uint64_t bytesSent() const { return bytes_sent_; }  ///< repeats included
+  const SenderLosses& losses() const { return losses_; }
 
  private:
+  size_t sizeOf(uint64_t session) const;
+  uint32_t missingBefore(uint32_t sequence);
+  Result<void> store(const OutboxRow& row, std::span<const uint8_t> encoded);
+  void keepWithinQuota();
+  std::optional<OutboxKey> nextUnsent();
+  bool send(const OutboxKey& key, std::chrono::steady_clock::time_point now);
+  Outbox& boxOf(const OutboxKey& key);
+  void failed(const Error& error);
+  void tellLosses();
+
   Link& link_;
-  std::string robot_;
-  SenderOptions options_;
+  const std::string robot_;
+  const uint64_t session_;
+  const SenderOptions options_;
+  Log log_;
   Outbox outbox_;
+  std::optional<Outbox> spare_;  // in memory: where keyframes go while the outbox cannot be written
+  SendWindow window_;
+  std::map<uint64_t, uint32_t> next_;              // of each session, the sequence from which nothing was sent yet
+  std::map<uint32_t, KeyframeLink> dropped_;       // of this session; links to them are joined to theirs
+  bool broken_ = false;                            // keyframes before the next one were lost, as dropped_ says
+  bool cut_off_ = false;                           // and what they were linked to is not known
+  uint32_t acknowledged_below_ = 0;                // of this session
+  OutboxKey cursor_;                               // of makeRoom
+  std::chrono::steady_clock::time_point retry_{};  // not before this, after the link took nothing
+  bool had_peer_ = true;
+  bool failing_ = false;
   uint64_t bytes_sent_ = 0;
+  SenderLosses losses_;
+  uint32_t told_ = 0;  // losses of the last line in the log
 };
 
 }  // namespace comap

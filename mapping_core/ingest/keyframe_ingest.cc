@@ -1,34 +1,68 @@
 #include "mapping_core/ingest/keyframe_ingest.h"
 
+#include <algorithm>
+
 #include "protocol/codec/keyframe_codec.h"
 
 namespace comap {
+
+namespace {
+
+std::vector<KeyframeId> rightBefore(const KeyframeId& id, uint32_t count) {
+  std::vector<KeyframeId> ids;
+  for (uint32_t sequence = id.sequence - count; sequence < id.sequence; ++sequence)
+    ids.push_back({id.robot, id.session, sequence});
+  return ids;
+}
+
+}  // namespace
 
 Result<KeyframeIngest::Arrival> KeyframeIngest::ingest(std::span<const uint8_t> encoded) {
   const auto keyframe = decodeKeyframe(encoded);  // all of it: what is stored must be readable later
   if (!keyframe) return keyframe.error();
   const auto added = store_.addKeyframe(keyframe->id, keyframe->stamp_ns, encoded);
   if (!added) return added.error();
-  const Arrival arrival{keyframe->id, *added};
-  if (arrival.is_new) arrived(arrival.id, {});
+  Arrival arrival{keyframe->id, *added, rightBefore(keyframe->id, keyframe->skipped)};
+  if (arrival.is_new) arrived(arrival.id, keyframe->skipped, {});
   return arrival;
 }
 
-void KeyframeIngest::arrived(const KeyframeId& id, const std::set<KeyframeId>& mapped) {
+void KeyframeIngest::arrived(const KeyframeId& id, uint32_t skipped, const std::set<KeyframeId>& mapped) {
   Session& session = sessions_[{id.robot, id.session}];
-  session.early.insert(id.sequence);
-  while (!session.early.empty() && *session.early.begin() == session.next) {
-    session.early.erase(session.early.begin());
-    KeyframeId ready{id.robot, id.session, session.next++};
-    if (!mapped.contains(ready)) ready_.push_back(std::move(ready));
+  if (id.sequence >= session.next) session.early.insert(id.sequence);
+  for (uint32_t sequence = std::max(session.next, id.sequence - skipped); sequence < id.sequence; ++sequence)
+    session.skipped.insert(sequence);
+  for (;; ++session.next) {
+    const bool is_there = session.early.erase(session.next) > 0;
+    const bool is_skipped = session.skipped.erase(session.next) > 0;
+    if (!is_there && !is_skipped) return;
+    KeyframeId ready{id.robot, id.session, session.next};
+    if (is_there && !mapped.contains(ready)) ready_.push_back(std::move(ready));
   }
 }
 
-void KeyframeIngest::resume(std::span<const StoredKeyframe> keyframes) {
-  std::set<KeyframeId> mapped;
-  for (const StoredKeyframe& keyframe : keyframes)
+Result<std::vector<KeyframeId>> KeyframeIngest::resume(std::span<const StoredKeyframe> keyframes) {
+  std::set<KeyframeId> all, mapped;
+  for (const StoredKeyframe& keyframe : keyframes) {
+    all.insert(keyframe.id);
     if (!keyframe.map.empty()) mapped.insert(keyframe.id);
-  for (const StoredKeyframe& keyframe : keyframes) arrived(keyframe.id, mapped);
+  }
+  std::vector<KeyframeId> never;
+  for (const StoredKeyframe& keyframe : keyframes) {
+    uint32_t skipped = 0;
+    const KeyframeId before{keyframe.id.robot, keyframe.id.session, keyframe.id.sequence - 1};
+    if (keyframe.id.sequence > 0 && !all.contains(before)) {  // only then it says why
+      const auto encoded = store_.encodedKeyframe(keyframe.id);
+      if (!encoded) return encoded.error();
+      const auto decoded = decodeKeyframeWithoutImages(*encoded);
+      if (!decoded) return decoded.error();
+      skipped = decoded->skipped;
+      const auto gap = rightBefore(keyframe.id, skipped);
+      never.insert(never.end(), gap.begin(), gap.end());
+    }
+    arrived(keyframe.id, skipped, mapped);
+  }
+  return never;
 }
 
 KeyframeId KeyframeIngest::takeNext() {

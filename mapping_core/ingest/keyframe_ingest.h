@@ -7,6 +7,7 @@
 #include <set>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "mapping_core/store/map_store.h"
 #include "protocol/types/keyframe.h"
@@ -19,11 +20,13 @@ class KeyframeIngest {
   explicit KeyframeIngest(MapStore& store) : store_(store) {}
 
   /// Takes over what the store holds, in order of arrival; those with a map are mapped already. Call it first.
-  void resume(std::span<const StoredKeyframe> keyframes);
+  /// Returns those that will never come, as their robots said.
+  Result<std::vector<KeyframeId>> resume(std::span<const StoredKeyframe> keyframes);
 
   struct Arrival {
     KeyframeId id;
     bool is_new = false;
+    std::vector<KeyframeId> skipped;  ///< right before it: will never come
   };
   /// Checks and stores an encoded keyframe; it is durable when this returns. Duplicates are harmless.
   /// kBadData: it is damaged and was not stored.
@@ -36,10 +39,11 @@ class KeyframeIngest {
 
  private:
   struct Session {
-    uint32_t next = 0;         // sequence to become ready next
-    std::set<uint32_t> early;  // stored, but something before them is missing
+    uint32_t next = 0;           // sequence to become ready next
+    std::set<uint32_t> early;    // stored, but something before them is missing
+    std::set<uint32_t> skipped;  // not before `next`, and will never come
   };
-  void arrived(const KeyframeId& id, const std::set<KeyframeId>& mapped);
+  void arrived(const KeyframeId& id, uint32_t skipped, const std::set<KeyframeId>& mapped);
 
   MapStore& store_;
   std::map<std::pair<std::string, uint64_t>, Session> sessions_;

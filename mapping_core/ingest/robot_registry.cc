@@ -30,6 +30,8 @@ void RobotRegistry::markMapped(const KeyframeId& keyframe) {
 RobotRecord& RobotRegistry::admit(const Hello& hello) {
   auto it = robots_.find(hello.robot);
   if (it != robots_.end() && it->second.session != hello.session) {
+    remembered_.erase({hello.robot, it->second.session});
+    remembered_.emplace(std::pair(hello.robot, it->second.session), std::move(it->second));  // keyframes may still come
     robots_.erase(it);
     it = robots_.end();
   }
@@ -50,6 +52,13 @@ RobotRecord* RobotRegistry::served(const std::string& robot, uint64_t session) {
   const auto it = robots_.find(robot);
   if (it == robots_.end() || it->second.session != session || !it->second.refusal.empty()) return nullptr;
   return &it->second;
+}
+
+RobotRecord* RobotRegistry::delivering(const std::string& robot, uint64_t session) {
+  const auto it = robots_.find(robot);
+  if (it == robots_.end() || !it->second.refusal.empty() || session > it->second.session) return nullptr;
+  if (session == it->second.session) return &it->second;
+  return &remembered_.try_emplace({robot, session}, robot, session).first->second;
 }
 
 Acknowledgement acknowledgementOf(const RobotRecord& record) {

@@ -36,6 +36,9 @@ class RobotRegistry {
 
   /// A robot introduces itself; a new session replaces the old one. The record's `refusal` tells if it is not served.
   RobotRecord& admit(const Hello& hello);
+  /// The record for a keyframe: of the robot's present session, or of an earlier one, which its outbox has kept. Null
+  /// if the robot never said hello or is refused, or the session is a later one.
+  RobotRecord* delivering(const std::string& robot, uint64_t session);
   /// The record for a message of this robot and session; null if it never said hello, is refused, or the session is
   /// old.
   RobotRecord* served(const std::string& robot, uint64_t session);
@@ -44,7 +47,7 @@ class RobotRegistry {
  private:
   uint64_t fern_book_hash_;
   std::map<std::string, RobotRecord> robots_;
-  std::map<std::pair<std::string, uint64_t>, RobotRecord> remembered_;  // sessions of which no hello was heard yet
+  std::map<std::pair<std::string, uint64_t>, RobotRecord> remembered_;  // other sessions: of earlier starts
 };
 
 /// What the robot is told of its keyframes.

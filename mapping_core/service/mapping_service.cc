@@ -46,13 +46,16 @@ Result<void> MappingService::resume() {
   const auto robots = store_.robots();
   if (!robots) return robots.error();
   for (const std::string& robot : *robots) robot_index_.emplace(robot, static_cast<uint32_t>(robot_index_.size()));
-  ingest_.resume(*keyframes);
+  const auto never = ingest_.resume(*keyframes);
+  if (!never) return never.error();
+  for (const KeyframeId& keyframe : *never) registry_.remember(keyframe);
   for (const StoredKeyframe& keyframe : *keyframes) registry_.remember(keyframe.id);
   for (const StoredKeyframe& keyframe : *keyframes) {
     if (keyframe.map.empty()) continue;
     ++keyframes_;
     registry_.markMapped(keyframe.id);
-    latest_[keyframe.id.robot].id = keyframe.id;
+    auto& latest = latest_[keyframe.id.robot].id;
+    if (keyframe.id.session >= latest.session) latest = keyframe.id;
   }
   for (auto& [robot, latest] : latest_) {
     const auto encoded = store_.encodedKeyframe(latest.id);
@@ -95,9 +98,11 @@ Result<void> MappingService::handle(const Delivery& delivery) {
         refuse(delivery, hello.error().text);
         return {};
       }
+      const bool again = registry_.served(hello->robot, hello->session) != nullptr;
       const RobotRecord& record = registry_.admit(*hello);
-      log_(record.refusal.empty() ? "robot " + hello->robot + " is here"
-                                  : "robot " + hello->robot + " refused: " + record.refusal);
+      if (!again)
+        log_(record.refusal.empty() ? "robot " + hello->robot + " is here"
+                                    : "robot " + hello->robot + " refused: " + record.refusal);
       send(Topic::kAck, hello->robot, encodeAcknowledgement(acknowledgementOf(record)));
       return {};
     }
@@ -126,7 +131,7 @@ Result<void> MappingService::handleKeyframe(const Delivery& delivery) {
     refuse(delivery, head.error().text);
     return {};
   }
-  RobotRecord* record = registry_.served(head->id.robot, head->id.session);
+  RobotRecord* record = registry_.delivering(head->id.robot, head->id.session);
   if (record == nullptr) {
     refuse(delivery, "keyframe " + toString(head->id) + " of a robot that is not admitted");
     return {};
@@ -141,6 +146,7 @@ Result<void> MappingService::handleKeyframe(const Delivery& delivery) {
     refuse(delivery, arrival.error().text);
     return {};
   }
+  for (const KeyframeId& skipped : arrival->skipped) record->acks.record(skipped.sequence);
   record->acks.record(arrival->id.sequence);
   statistics_.uplink_bytes[arrival->id.robot] += delivery.payload.size();
   if (arrival->is_new) robot_index_.try_emplace(arrival->id.robot, static_cast<uint32_t>(robot_index_.size()));
@@ -158,7 +164,9 @@ Result<void> MappingService::mapNext() {
   auto change = builder_.addKeyframe(*keyframe, robot_index_.at(id.robot));
   if (!change) return change.error();
   ++keyframes_;
-  latest_[id.robot] = {id, keyframe->T_odom_cam};
+  // A robot catching up on earlier sessions is where its present one says.
+  const bool present = registry_.served(id.robot, id.session) != nullptr;
+  if (auto& latest = latest_[id.robot]; present || id.session >= latest.id.session) latest = {id, keyframe->T_odom_cam};
 
   for (const MatchVerdict& verdict : change->verdicts) send(Topic::kVerdict, "", encodeMatchVerdict(verdict));
   announceMerges(*change);

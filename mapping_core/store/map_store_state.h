@@ -3,8 +3,8 @@
 
 #include <utility>
 
-#include "mapping_core/store/database.h"
 #include "mapping_core/store/map_store.h"
+#include "protocol/storage/database.h"
 
 namespace comap {
 

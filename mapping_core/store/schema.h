@@ -1,7 +1,7 @@
 // The tables of a map store, and whether a file is one.
 #pragma once
 
-#include "mapping_core/store/database.h"
+#include "protocol/storage/database.h"
 
 namespace comap {
 

@@ -23,6 +23,9 @@ codec::Check checkScalars(const Keyframe& keyframe) {
       .camera("camera", keyframe.camera)
       .pose("T_odom_cam", keyframe.T_odom_cam)
       .range("inlier_ratio", keyframe.inlier_ratio, 0, 1);
+  const uint32_t most_skipped = std::min(keyframe.id.sequence, kMaxSkipped);
+  check.that(keyframe.skipped <= most_skipped, "skipped",
+             "is " + std::to_string(keyframe.skipped) + ", expected at most " + std::to_string(most_skipped));
   if (keyframe.linked) {
     check.pose("T_link_this", keyframe.T_link_this).information("information", keyframe.information);
     check.that(keyframe.linked_to < keyframe.id.sequence, "linked_to",
@@ -70,6 +73,7 @@ Result<Keyframe> readAllButImages(const v1::Keyframe& message) {
     keyframe.information = *information;
   }
   keyframe.inlier_ratio = message.inlier_ratio();
+  keyframe.skipped = message.skipped();
   if (const auto checked = checkScalars(keyframe); !checked.ok()) return checked.error(ErrorCode::kBadData);
   auto fern_code = codec::readFernCode(message.fern_code());
   if (!fern_code) return fern_code.error();
@@ -116,6 +120,7 @@ Result<std::vector<uint8_t>> encodeKeyframe(const Keyframe& keyframe, int jpeg_q
     message.set_depth_hits(hits.data(), hits.size());
   }
   message.set_inlier_ratio(keyframe.inlier_ratio);
+  message.set_skipped(keyframe.skipped);
   return codec::serialise(message, "keyframe", kMaxLargeMessageBytes);
 }
 
@@ -141,6 +146,36 @@ Result<Keyframe> decodeKeyframeWithoutImages(std::span<const uint8_t> bytes) {
   const auto message = codec::parse<v1::Keyframe>(bytes, "keyframe", kMaxLargeMessageBytes);
   if (!message) return message.error();
   return readAllButImages(*message);
+}
+
+Result<std::vector<uint8_t>> thinColour(std::span<const uint8_t> bytes, int jpeg_quality) {
+  auto message = codec::parse<v1::Keyframe>(bytes, "keyframe", kMaxLargeMessageBytes);
+  if (!message) return message.error();
+  const auto camera = codec::readCamera(message->camera(), "keyframe: camera");
+  if (!camera) return camera.error();
+  const auto colour = decodeColour(bytesOf(message->colour()), camera->width, camera->height);
+  if (!colour) return colour.error();
+  const auto thinner = encodeColour(*colour, jpeg_quality);
+  if (!thinner) return thinner.error();
+  if (thinner->size() < message->colour().size()) message->set_colour(thinner->data(), thinner->size());
+  return codec::serialise(*message, "keyframe", kMaxLargeMessageBytes);
+}
+
+Result<std::vector<uint8_t>> relinkKeyframe(std::span<const uint8_t> bytes, const KeyframeLink& link,
+                                            uint32_t skipped) {
+  auto message = codec::parse<v1::Keyframe>(bytes, "keyframe", kMaxLargeMessageBytes);
+  if (!message) return message.error();
+  message->set_linked(link.linked);
+  message->clear_t_link_this();
+  message->clear_information();
+  message->clear_linked_to();
+  if (link.linked) {
+    codec::write(link.T_link_this, message->mutable_t_link_this());
+    codec::write(link.information, message->mutable_information());
+    message->set_linked_to(link.linked_to);
+  }
+  message->set_skipped(skipped);
+  return codec::serialise(*message, "keyframe", kMaxLargeMessageBytes);
 }
 
 Result<KeyframeHead> decodeKeyframeId(std::span<const uint8_t> bytes) {

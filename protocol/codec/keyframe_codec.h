@@ -20,6 +20,21 @@ Result<Keyframe> decodeKeyframe(std::span<const uint8_t> bytes);
 /// As decodeKeyframe, but colour and depth are left empty and unchecked: about 0.2 ms.
 Result<Keyframe> decodeKeyframeWithoutImages(std::span<const uint8_t> bytes);
 
+/// The encoded keyframe with its colour packed more tightly, if that makes it smaller. kBadData as decodeKeyframe.
+Result<std::vector<uint8_t>> thinColour(std::span<const uint8_t> bytes, int jpeg_quality);
+
+/// What ties a keyframe to an earlier one; see Keyframe.
+struct KeyframeLink {
+  bool linked = false;
+  uint32_t linked_to = 0;
+  Pose T_link_this;
+  Matrix6d information = Matrix6d::Identity();
+};
+
+/// The encoded keyframe tied to another one, with `skipped` sequences before it that never come. kBadData as
+/// decodeKeyframe.
+Result<std::vector<uint8_t>> relinkKeyframe(std::span<const uint8_t> bytes, const KeyframeLink& link, uint32_t skipped);
+
 /// Which keyframe an encoded one is, and when it was taken.
 struct KeyframeHead {
   KeyframeId id;

@@ -7,6 +7,7 @@ namespace comap {
 
 inline constexpr int kMinImageSide = 16, kMaxImageSide = 4096;  ///< pixels
 inline constexpr size_t kMaxFerns = 4000;
+inline constexpr uint32_t kMaxSkipped = 60000;  ///< sequences before a keyframe that never come
 inline constexpr size_t kMaxTileSurfels = size_t{1} << 20;
 inline constexpr size_t kMaxHeldTiles = size_t{1} << 15;
 inline constexpr size_t kMaxAlsoHeld = size_t{1} << 16;

@@ -30,6 +30,9 @@ Result<std::vector<uint8_t>> encodeStatus(const Status& status) {
   message.set_keyframes(status.keyframes);
   message.set_outbox(status.outbox);
   message.set_finished(status.finished);
+  message.set_outbox_bytes(status.outbox_bytes);
+  message.set_keyframes_thinned(status.keyframes_thinned);
+  message.set_keyframes_dropped(status.keyframes_dropped);
   return codec::serialise(message, "status", kMaxSmallMessageBytes);
 }
 
@@ -49,7 +52,10 @@ Result<Status> decodeStatus(std::span<const uint8_t> bytes) {
                       message->frames(),
                       message->keyframes(),
                       message->outbox(),
-                      message->finished()};
+                      message->finished(),
+                      message->outbox_bytes(),
+                      message->keyframes_thinned(),
+                      message->keyframes_dropped()};
   if (const auto checked = check(status); !checked.ok()) return checked.error(ErrorCode::kBadData);
   return status;
 }

@@ -46,6 +46,9 @@ struct Keyframe {
   Matrix6d information = Matrix6d::Identity();
   /// Share of reference points that agreed with the frame, 0..1.
   double inlier_ratio = 0;
+  /// How many sequences right before this one do not exist: the robot dropped them for want of room, and tied what
+  /// was linked to them to the keyframes before.
+  uint32_t skipped = 0;
 };
 
 }  // namespace comap

@@ -65,8 +65,10 @@ struct Status {
   TrackingState tracking = TrackingState::kOk;
   uint32_t frames = 0;
   uint32_t keyframes = 0;
-  uint32_t outbox = 0;
+  uint32_t outbox = 0;  ///< keyframes not yet acknowledged, those of earlier sessions included
   bool finished = false;
+  uint64_t outbox_bytes = 0;
+  uint32_t keyframes_thinned = 0, keyframes_dropped = 0;  ///< for want of room in the outbox
 };
 
 /// Why a place match was accepted or refused. A refusal is data, kept and queryable.

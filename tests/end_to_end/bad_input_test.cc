@@ -199,8 +199,8 @@ TEST_F(BadInput, DeviceThatIsNotThere) {
 TEST_F(BadInput, AgentWithoutACoreGivesUpInTime) {
   const ProgramRun run = runProgram("edge_agent --robot a --domain 231 --source tum:" + flat_ + "/a --patience 1");
   EXPECT_EQ(run.exit_code, 2);
-  const ProgramRun alone =
-      runProgram("edge_agent --robot a --domain 99 --core-site nobody --source tum:" + flat_ + "/a --patience 1");
+  const ProgramRun alone = runProgram(
+      "edge_agent --robot a --domain 99 --core-site nobody --outbox memory --source tum:" + flat_ + "/a --patience 1");
   EXPECT_EQ(alone.exit_code, 3);
   EXPECT_THAT(alone.err, HasSubstr("nobody"));
 }

@@ -1,69 +1,22 @@
 // A core that is killed and started again on its store: no keyframe that it acknowledged is lost, and mapping goes on.
-#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <thread>
 #include <vector>
 
+#include "tests/end_to_end/background.h"
 #include "tests/end_to_end/program.h"
 
 namespace comap {
 namespace {
 
 using Json = nlohmann::json;
-
-// A program in the background, which does not outlive this object.
-class Background {
- public:
-  Background(const std::string& program, const std::vector<std::string>& arguments, const std::string& log) {
-    std::vector<std::string> words = {std::string(COMAP_BIN_DIR "/") + program};
-    words.insert(words.end(), arguments.begin(), arguments.end());
-    std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    const int file = open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
-    pid_ = fork();
-    if (pid_ == 0) {
-      dup2(file, STDOUT_FILENO);
-      dup2(file, STDERR_FILENO);
-      execv(argv[0], argv.data());
-      _exit(127);
-    }
-    close(file);
-  }
-  Background(const Background&) = delete;
-  Background& operator=(const Background&) = delete;
-  ~Background() { end(SIGKILL); }
-
-  bool runs() {
-    int status = 0;
-    if (!code_ && waitpid(pid_, &status, WNOHANG) == pid_) note(status);
-    return !code_;
-  }
-  int wait() {
-    int status = 0;
-    if (!code_ && waitpid(pid_, &status, 0) == pid_) note(status);
-    return code_.value_or(-1);
-  }
-  int end(int signal) {
-    if (runs()) kill(pid_, signal);
-    return wait();
-  }
-
- private:
-  void note(int status) { code_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status); }
-  pid_t pid_ = -1;
-  std::optional<int> code_;
-};
 
 Json infoOf(const std::string& store) {
   const ProgramRun run = runProgram("fleet info --json " + store);
@@ -97,7 +50,7 @@ class Restart : public testing::Test {
         "edge_agent",
         std::vector<std::string>{"--domain", "94", "--core-site", "restart", "--robot", robot, "--source",
                                  "tum:" + flat_ + "/" + robot, "--report", folder_.path(robot + ".json"), "--patience",
-                                 "120"},
+                                 "120", "--outbox", folder_.path("outbox")},
         folder_.path(robot + ".log"));
   }
   // True once the store holds `keyframes` in its maps.

@@ -60,7 +60,8 @@ class AgentTest : public testing::Test {
 
   Agent makeAgent(FrameSource& source) {
     return Agent(
-        config_, kSession, source, *wire_, [this](const std::string& line) { log_.push_back(line); },
+        config_, kSession, std::move(Outbox::inMemory()).value(), source, *wire_,
+        [this](const std::string& line) { log_.push_back(line); },
         [this](const FrameRecord& frame) { frames_.push_back(frame); });
   }
 

@@ -11,9 +11,10 @@
 namespace comap {
 namespace {
 
-std::vector<uint8_t> encoded(const std::string& robot, uint64_t session, uint32_t sequence) {
+std::vector<uint8_t> encoded(const std::string& robot, uint64_t session, uint32_t sequence, uint32_t skipped = 0) {
   Keyframe keyframe;
   keyframe.id = {robot, session, sequence};
+  keyframe.skipped = skipped;
   keyframe.camera = {30, 30, 15.5, 11.5, 32, 24};
   keyframe.colour = ColourImage(32, 24);
   keyframe.depth = DepthImage(32, 24, 5000);
@@ -69,6 +70,23 @@ TEST_F(KeyframeIngestTest, OfOneSessionStrictlyInSequence) {
   ASSERT_TRUE(ingest_->ingest(encoded("b", 1, 0)));
   ASSERT_TRUE(ingest_->ingest(encoded("a", 1, 0)));
   EXPECT_EQ(takeAll(), (std::vector<std::string>{"b/1/0", "a/1/0", "a/1/1", "a/1/2"}));
+  EXPECT_EQ(ingest_->waiting(), 0u);
+}
+
+TEST_F(KeyframeIngestTest, WhatTheRobotDroppedIsNotWaitedForAlsoAfterAStart) {
+  const auto arrival = ingest_->ingest(encoded("a", 1, 5, 2));
+  ASSERT_TRUE(arrival);
+  EXPECT_EQ(arrival->skipped, (std::vector<KeyframeId>{{"a", 1, 3}, {"a", 1, 4}}));
+  for (const uint32_t sequence : {6u, 0u, 1u}) ASSERT_TRUE(ingest_->ingest(encoded("a", 1, sequence)));
+  EXPECT_EQ(takeAll(), (std::vector<std::string>{"a/1/0", "a/1/1"}));
+  KeyframeIngest next(*store_);
+  const auto never = next.resume(*store_->keyframes());
+  ASSERT_TRUE(never) << never.error().text;
+  EXPECT_EQ(*never, (std::vector<KeyframeId>{{"a", 1, 3}, {"a", 1, 4}}));
+  ASSERT_TRUE(ingest_->ingest(encoded("a", 1, 2)));
+  EXPECT_EQ(takeAll(), (std::vector<std::string>{"a/1/2", "a/1/5", "a/1/6"}));
+  ASSERT_TRUE(ingest_->ingest(encoded("a", 1, 4))) << "it comes after all: kept, but mapping has passed it";
+  EXPECT_FALSE(ingest_->hasNext());
   EXPECT_EQ(ingest_->waiting(), 0u);
 }
 

@@ -34,5 +34,22 @@ TEST(RobotRegistry, AskingAgainKeepsWhatIsKnownAndANewSessionStartsAfresh) {
   EXPECT_EQ(registry.served("a", 1), nullptr);
 }
 
+TEST(RobotRegistry, KeyframesOfEarlierSessionsAreTakenAndAcknowledged) {
+  RobotRegistry registry(kBook);
+  EXPECT_EQ(registry.delivering("a", 1), nullptr) << "it has not said hello";
+  registry.admit({"a", 2, kBook, "x"}).acks.record(0);
+  registry.admit({"a", 5, kBook, "x"});
+  ASSERT_NE(registry.delivering("a", 2), nullptr);
+  EXPECT_EQ(acknowledgementOf(*registry.delivering("a", 2)).next_expected, 1u);
+  ASSERT_NE(registry.delivering("a", 3), nullptr) << "of a start that no core saw";
+  registry.delivering("a", 3)->acks.record(0);
+  EXPECT_EQ(acknowledgementOf(*registry.delivering("a", 3)).next_expected, 1u);
+  EXPECT_EQ(acknowledgementOf(*registry.delivering("a", 3)).session, 3u);
+  EXPECT_EQ(registry.delivering("a", 6), nullptr);
+  EXPECT_EQ(registry.served("a", 2), nullptr) << "but the robot is where its present session says";
+  registry.admit({"a", 6, kBook + 1, "x"});
+  EXPECT_EQ(registry.delivering("a", 2), nullptr);
+}
+
 }  // namespace
 }  // namespace comap

@@ -1,4 +1,4 @@
-#include "mapping_core/store/database.h"
+#include "protocol/storage/database.h"
 
 #include <cmath>
 #include <limits>
@@ -38,7 +38,7 @@ const char* adviceFor(int code) {
     case SQLITE_BUSY:
       return " (another process is writing to it)";
     case SQLITE_NOTADB:
-      return " (no map store)";
+      return " (not SQLite's)";
     case SQLITE_CORRUPT:
       return " (the file is damaged)";
     case SQLITE_CANTOPEN:

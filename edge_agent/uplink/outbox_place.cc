@@ -1,0 +1,67 @@
+#include "edge_agent/uplink/outbox_place.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+
+namespace comap {
+namespace {
+
+constexpr uint32_t kMostInMemory_mb = 256;
+
+std::string environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value != nullptr ? value : "";
+}
+
+std::string usualDirectory() {
+  if (const std::string given = environment("STATE_DIRECTORY"); !given.empty()) return given.substr(0, given.find(':'));
+  if (const std::string state = environment("XDG_STATE_HOME"); !state.empty()) return state + "/comap";
+  if (const std::string home = environment("HOME"); !home.empty()) return home + "/.local/state/comap";
+  return {};
+}
+
+constexpr const char* kWhatToDo =
+    "; name a folder that this user can write with outbox.directory or --outbox DIR, or give up safety with --outbox "
+    "memory";
+
+}  // namespace
+
+uint64_t quotaBytes(const OutboxOptions& options) {
+  const uint32_t mb = options.kind == "memory" ? std::min(options.quota_mb, kMostInMemory_mb) : options.quota_mb;
+  return uint64_t{mb} * 1'000'000;
+}
+
+Result<std::string> outboxPath(const OutboxOptions& options, const std::string& robot) {
+  const std::string directory = options.directory.empty() ? usualDirectory() : options.directory;
+  if (directory.empty())
+    return Error{ErrorCode::kWrongUse, std::string("outbox.directory is not set, nor is $HOME") + kWhatToDo};
+  return (std::filesystem::absolute(directory) / (robot + ".outbox")).lexically_normal().string();
+}
+
+Result<Outbox> openOutbox(const OutboxOptions& options, const std::string& robot,
+                          const std::function<void(const std::string& line)>& log) {
+  if (options.kind == "memory") return Outbox::inMemory();
+  const auto path = outboxPath(options, robot);
+  if (!path) return path.error();
+  std::error_code code;
+  const auto directory = std::filesystem::path(*path).parent_path();
+  std::filesystem::create_directories(directory, code);
+  if (code)
+    return Error{ErrorCode::kUnreachable,
+                 "outbox.directory " + directory.string() + ": cannot be made: " + code.message() + kWhatToDo};
+  auto outbox = Outbox::open(*path);
+  if (!outbox && outbox.error().code == ErrorCode::kBadData) {
+    log("outbox: " + outbox.error().text);
+    auto rescued = rescueOutbox(*path);
+    if (!rescued) return rescued.error();
+    log(rescued->told);
+    return std::move(rescued->outbox);
+  }
+  if (!outbox && outbox.error().code == ErrorCode::kUnreachable &&
+      outbox.error().text.find("locked") == std::string::npos)
+    return Error{outbox.error().code, "outbox: " + outbox.error().text + kWhatToDo};
+  return outbox;
+}
+
+}  // namespace comap

@@ -1,0 +1,30 @@
+// Where a robot's outbox is, and how it is opened at the start of its agent.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "edge_agent/uplink/outbox.h"
+
+namespace comap {
+
+struct OutboxOptions {
+  std::string kind = "disk";  ///< or "memory": what is not acknowledged is lost with the process
+  /// Of all robots on this computer; made if it is not there. Empty: $STATE_DIRECTORY (which systemd sets), else
+  /// $XDG_STATE_HOME/comap, else $HOME/.local/state/comap.
+  std::string directory;
+  uint32_t quota_mb = 2000;
+};
+
+/// In memory the quota is 256 MB at most.
+uint64_t quotaBytes(const OutboxOptions& options);
+
+/// The file of `robot`'s outbox; kWrongUse if no directory is given or known.
+Result<std::string> outboxPath(const OutboxOptions& options, const std::string& robot);
+
+/// Opens or makes it. One that is damaged is put aside, and what can be read of it taken over; `log` is told.
+/// kUnreachable, with what to do, if its directory or file cannot be written or another agent uses it.
+Result<Outbox> openOutbox(const OutboxOptions& options, const std::string& robot,
+                          const std::function<void(const std::string& line)>& log);
+
+}  // namespace comap

@@ -1,0 +1,129 @@
+// A robot whose core and whose own process are killed: what it had mapped by then comes to the core later.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "protocol/storage/database.h"
+#include "tests/end_to_end/background.h"
+#include "tests/end_to_end/program.h"
+
+namespace comap {
+namespace {
+
+using Json = nlohmann::json;
+
+std::string contentOf(const std::string& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+class DurableOutbox : public testing::Test {
+ protected:
+  void SetUp() override {
+    const char* flat = std::getenv("COMAP_FLAT_DIR");
+    if (flat == nullptr) GTEST_SKIP() << "COMAP_FLAT_DIR names no synthetic flat; run by ctest, which makes one";
+    flat_ = flat;
+  }
+  std::unique_ptr<Background> core() {
+    return std::make_unique<Background>(
+        "mapping_core", std::vector<std::string>{"--domain", "93", "--core-site", "outbox", "--store", store_},
+        folder_.path("core.log"));
+  }
+  std::vector<std::string> agentOptions(const std::vector<std::string>& more) {
+    std::vector<std::string> options = {"--domain", "93",       "--core-site",  "outbox",   "--robot",
+                                        "a",        "--outbox", folder_.path(), "--report", folder_.path("a.json")};
+    options.insert(options.end(), more.begin(), more.end());
+    return options;
+  }
+  std::unique_ptr<Background> agent(const std::vector<std::string>& more) {
+    return std::make_unique<Background>("edge_agent", agentOptions(more), folder_.path("a.log"));
+  }
+  std::string recording(int first, int end) {
+    return "tum:" + flat_ + "/a@" + std::to_string(first) + ":" + std::to_string(end);
+  }
+  // Keyframes that were made, by what the outbox holds; -1 if it cannot be read now.
+  int64_t madeSoFar() {
+    auto box =
+        Database::open("file:" + folder_.path("a.outbox") + "?immutable=0", SQLITE_OPEN_READONLY | SQLITE_OPEN_URI);
+    if (!box) return -1;
+    const auto last = box->integer("SELECT coalesce(max(sequence) + 1, 0) FROM keyframes");
+    return last ? *last : -1;
+  }
+  bool await(const std::function<bool()>& what, int tenths) {
+    for (int i = 0; i < tenths; ++i) {
+      if (what()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    return false;
+  }
+  Json info() {
+    const ProgramRun run = runProgram("fleet info --json " + store_);
+    return run.exit_code == 0 ? Json::parse(run.out) : Json();
+  }
+
+  TemporaryFolder folder_;
+  std::string flat_, store_ = folder_.path("map.comap");
+};
+
+TEST_F(DurableOutbox, KillNineOfCoreAndAgentLosesNoKeyframe) {
+  auto first_core = core();
+  auto first = agent({"--source", recording(0, 120), "--realtime"});
+  ASSERT_TRUE(await([&] { return !info().is_null() && info().at("keyframes").get<int>() >= 2; }, 300))
+      << contentOf(folder_.path("core.log")) << contentOf(folder_.path("a.log"));
+  EXPECT_EQ(first_core->end(SIGKILL), 128 + SIGKILL);
+  // The robot goes on without a core, until it is killed as well.
+  std::this_thread::sleep_for(std::chrono::milliseconds(2000));
+  ASSERT_TRUE(first->runs()) << contentOf(folder_.path("a.log"));
+  EXPECT_EQ(first->end(SIGKILL), 128 + SIGKILL);
+  const int64_t made = madeSoFar();
+  ASSERT_GT(made, info().at("keyframes").get<int64_t>()) << "some were made after the core was gone";
+
+  auto second_core = core();
+  auto second = agent({"--source", recording(60, 120)});
+  EXPECT_EQ(second->wait(), 0) << contentOf(folder_.path("a.log"));
+  EXPECT_EQ(second_core->end(SIGTERM), 0) << contentOf(folder_.path("core.log"));
+  EXPECT_NE(contentOf(folder_.path("a.log")).find("keyframes of earlier starts wait"), std::string::npos);
+
+  const Json after = info(), report = Json::parse(contentOf(folder_.path("a.json")));
+  ASSERT_FALSE(after.is_null());
+  EXPECT_EQ(after.at("robots")[0].at("sessions"), 2) << "no number was used twice";
+  EXPECT_EQ(after.at("keyframes").get<int64_t>(), made + report.at("keyframes").get<int64_t>());
+  EXPECT_EQ(after.at("keyframes_without_pose"), 0);
+  EXPECT_EQ(report.at("unacknowledged"), 0);
+  EXPECT_EQ(madeSoFar(), 0) << "the outbox is empty";
+}
+
+TEST_F(DurableOutbox, OfflineNowDeliveredLater) {
+  auto offline = agent({"--source", recording(0, 60), "--offline"});
+  EXPECT_EQ(offline->wait(), 0) << contentOf(folder_.path("a.log"));
+  const int64_t made = madeSoFar();
+  EXPECT_GE(made, 3);
+  auto core_now = core();
+  auto deliver = agent({"--deliver"});
+  EXPECT_EQ(deliver->wait(), 0) << contentOf(folder_.path("a.log"));
+  EXPECT_EQ(core_now->end(SIGTERM), 0);
+  EXPECT_EQ(info().at("keyframes").get<int64_t>(), made);
+  EXPECT_EQ(info().at("keyframes_without_pose"), 0);
+  EXPECT_EQ(madeSoFar(), 0);
+}
+
+TEST_F(DurableOutbox, ASecondAgentOfTheSameNameIsTold) {
+  auto first = agent({"--source", recording(0, 120), "--realtime", "--patience", "3"});
+  ASSERT_TRUE(await([&] { return contentOf(folder_.path("a.log")).find("TUM sequence") != std::string::npos; }, 100));
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  std::string command = "edge_agent --robot a --offline --source " + recording(0, 10) + " --outbox " + folder_.path();
+  const ProgramRun second = runProgram(command);
+  EXPECT_EQ(second.exit_code, 3);
+  EXPECT_NE(second.err.find("another edge_agent"), std::string::npos) << second.err;
+  EXPECT_EQ(first->wait(), 3) << "no core came";
+  EXPECT_NE(contentOf(folder_.path("a.log")).find("are sent by the next start"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace comap
