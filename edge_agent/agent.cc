@@ -3,11 +3,12 @@
 #include "edge_agent/keyframes/depth_rounding.h"
 #include "mapping_core/ferns/fern_encoder.h"
 #include "protocol/codec/codec.h"
+#include "protocol/codec/version.h"
 
 namespace comap {
 namespace {
 
-constexpr int kDamagedInARow = 10;
+constexpr int kDamagedInARow = 10, kBackwardsInARow = 5;
 constexpr std::chrono::seconds kHelloPeriod{1}, kStatusPeriod{1};
 
 SenderOptions senderOptions(const AgentConfig& config) {
@@ -53,6 +54,18 @@ Result<Agent::Progress> Agent::takeFrame() {
     return Progress::kEnded;
   }
   const Frame& frame = **next;
+  if (statistics_.frames > 0 && frame.stamp_ns <= statistics_.last_stamp_ns) {
+    const std::string jump = "stamp " + std::to_string(frame.stamp_ns) + " ns is not after the one before, " +
+                             std::to_string(statistics_.last_stamp_ns) + " ns";
+    if (++backwards_in_a_row_ < kBackwardsInARow) {  // overtaken, or twice
+      ++statistics_.damaged_frames;
+      log_("frame passed over: its " + jump);
+      return Progress::kFrame;
+    }
+    log_("the clock of the source was set back: " + jump + "; goes on with the new time");
+    statistics_.first_stamp_ns += frame.stamp_ns - statistics_.last_stamp_ns;  // so that the duration stays true
+  }
+  backwards_in_a_row_ = 0;
 
   const auto start = std::chrono::steady_clock::now();
   TrackedFrame tracked = odometry_.track(frame);
@@ -187,7 +200,11 @@ Result<void> Agent::handle(const Delivery& delivery) {
   switch (delivery.topic) {
     case Topic::kAck: {
       const auto ack = decodeAcknowledgement(delivery.payload);
+      if (const std::string other = otherProtocol(delivery.payload); !other.empty())
+        return Error{ErrorCode::kProblem, "the core speaks " + other};
       if (!ack) return refuse(ack.error());
+      if (ack->session == 0 && !ack->refusal.empty() && !welcome_)  // it could not read who we are
+        return Error{ErrorCode::kProblem, "the core refuses robot " + config_.robot + ": " + ack->refusal};
       if (ack->session != session_) {  // of this robot's earlier life
         sender_.acknowledge(*ack, std::chrono::steady_clock::now());
         return {};

@@ -107,7 +107,7 @@ class Agent {
   AgentStatistics statistics_;
   TrackingState state_ = TrackingState::kOk;
   int frames_since_keyframe_ = 0;
-  int damaged_in_a_row_ = 0;
+  int damaged_in_a_row_ = 0, backwards_in_a_row_ = 0;
   bool welcome_ = false;  // the core has answered the hello: topics may overtake each other, so nothing goes before
   bool had_peer_ = false;
   bool finished_ = false;  // as last told

@@ -24,6 +24,8 @@ Result<AgentConfig> readAgentConfig(const std::string& path) {
   link.read("domain", config.link.domain, 0, 230);
   link.read("site", config.link.site);
   link.read("interface_address", config.link.interface_address);
+  link.read("profile", config.link.profile, {"auto", "local", "lan", "wan"});
+  link.read("core_address", config.link.core_address);
   link.read("insecure", config.link.insecure);
 
   ConfigReader odometry = reader->section("odometry");
@@ -84,7 +86,9 @@ source: "{}"             # where frames come from; edge_agent --list-sources
 link:
   domain: {}             # DDS domain, 0..230; the same as the core's
   site: "{}"             # the core's site
-  interface_address: "{}"  # the one network interface to use
+  interface_address: "{}"  # the one network interface to use: its IPv4 address, or its name
+  profile: {}          # local: this machine; lan: small datagrams; wan: no multicast; auto: local on 127.*, else lan
+  core_address: "{}"     # wan: IPv4 address of the core
   insecure: {}         # true: clear text on an interface other than loopback
 odometry:
   depth_min_m: {}
@@ -119,14 +123,15 @@ downlink:
   radius_m: {}                  # of map tiles wanted around the robot
   budget_bytes_per_s: {}
 )",
-      c.robot, c.source, c.link.domain, c.link.site, c.link.interface_address, c.link.insecure, c.odometry.depth_min_m,
-      c.odometry.depth_max_m, c.odometry.alignment.noise.floor_m, c.odometry.alignment.noise.factor_per_m,
-      c.odometry.alignment.photometric_weight, c.odometry.inherited_frames, c.odometry.lost_after, c.odometry.threads,
-      c.recovery.patience_frames, c.keyframes.translation_m, c.keyframes.rotation_rad, c.keyframes.overlap,
-      c.keyframes.max_frames, c.depth_rounding.step_per_m, c.sender.send.window, c.max_waiting_keyframes,
-      c.sender.send.resend_after.count(), c.sender.send.budget_bytes_per_s, c.sender.jpeg_quality, c.outbox.kind,
-      c.outbox.directory, c.outbox.quota_mb == kUnlimited_mb ? 0 : c.outbox.quota_mb, c.sender.thin_jpeg_quality,
-      c.fern_seed, c.interest_radius_m, c.downlink_bytes_per_s);
+      c.robot, c.source, c.link.domain, c.link.site, c.link.interface_address, c.link.profile, c.link.core_address,
+      c.link.insecure, c.odometry.depth_min_m, c.odometry.depth_max_m, c.odometry.alignment.noise.floor_m,
+      c.odometry.alignment.noise.factor_per_m, c.odometry.alignment.photometric_weight, c.odometry.inherited_frames,
+      c.odometry.lost_after, c.odometry.threads, c.recovery.patience_frames, c.keyframes.translation_m,
+      c.keyframes.rotation_rad, c.keyframes.overlap, c.keyframes.max_frames, c.depth_rounding.step_per_m,
+      c.sender.send.window, c.max_waiting_keyframes, c.sender.send.resend_after.count(),
+      c.sender.send.budget_bytes_per_s, c.sender.jpeg_quality, c.outbox.kind, c.outbox.directory,
+      c.outbox.quota_mb == kUnlimited_mb ? 0 : c.outbox.quota_mb, c.sender.thin_jpeg_quality, c.fern_seed,
+      c.interest_radius_m, c.downlink_bytes_per_s);
 }
 
 }  // namespace comap

@@ -66,6 +66,7 @@ Result<AgentConfig> configure(const Arguments& arguments) {
     return Error{ErrorCode::kWrongUse, problem};
   config.link.role = LinkRole::kRobot;
   config.link.robot = config.robot;
+  config.link.max_blocking_ms = 50;  // frames go on; what the link does not take stays in the outbox
   return config;
 }
 
@@ -259,7 +260,7 @@ int main(int argc, char** argv) {
   app.add_option("--robot", arguments.robot, "This robot's name: 1-32 of a-z 0-9 _ -");
   app.add_option("--core-site", arguments.site, "Site of the mapping core");
   app.add_option("--domain", arguments.domain, "DDS domain")->check(CLI::Range(0, 230));
-  app.add_option("--interface", arguments.interface_address, "IPv4 address of the network interface to use");
+  app.add_option("--interface", arguments.interface_address, "Network interface to use: its IPv4 address, or its name");
   app.add_flag("--insecure", arguments.insecure, "Allow clear text on an interface other than loopback");
   app.add_option("--report", arguments.report, "Write what was done to this JSON file at the end");
   app.add_option("--patience", arguments.patience_s, "Seconds without the core before giving up")

@@ -133,7 +133,7 @@ int main(int argc, char** argv) {
   app.add_option("--device", arguments.device, "Vulkan device: auto, llvmpipe or a number of --list-devices");
   app.add_option("--core-site", arguments.site, "Site whose robots are served");
   app.add_option("--domain", arguments.domain, "DDS domain")->check(CLI::Range(0, 230));
-  app.add_option("--interface", arguments.interface_address, "IPv4 address of the network interface to use");
+  app.add_option("--interface", arguments.interface_address, "Network interface to use: its IPv4 address, or its name");
   app.add_flag("--insecure", arguments.insecure, "Allow clear text on an interface other than loopback");
   app.add_option("--report", arguments.report, "Write what was done to this JSON file at the end");
   app.add_flag("--list-devices", arguments.list_devices, "Print the Vulkan devices, usable or why not, and stop");

@@ -27,7 +27,31 @@ void RobotRegistry::markMapped(const KeyframeId& keyframe) {
   if (before != remembered_.end()) before->second.mapped_below = keyframe.sequence + 1;
 }
 
+const RobotRecord* RobotRegistry::alive(const std::string& robot, uint64_t session,
+                                        std::chrono::steady_clock::time_point now) {
+  constexpr std::chrono::seconds kLate(3);  // what a robot that ended has sent arrives within
+  constexpr int kSigns = 2;
+  const auto it = robots_.find(robot);
+  if (it == robots_.end() || second_of_name_.contains({robot, session})) return nullptr;
+  RobotRecord& present = it->second;
+  if (present.since == std::chrono::steady_clock::time_point()) present.since = now;
+  const auto earlier = remembered_.find({robot, session});
+  if (present.session == session || earlier == remembered_.end()) return nullptr;
+  if (now - present.since < kLate || ++present.signs_of_another < kSigns) return nullptr;
+  present.refusal = "another robot named '" + robot + "' is alive, its session " + std::to_string(session) +
+                    ": give each robot a name of its own";
+  const std::pair second(robot, present.session);
+  RobotRecord first = std::move(earlier->second);
+  remembered_.erase(earlier);
+  const auto refused = remembered_.emplace(second, std::move(present)).first;
+  robots_.erase(it);
+  robots_.emplace(robot, std::move(first));
+  second_of_name_.insert(second);
+  return &refused->second;
+}
+
 RobotRecord& RobotRegistry::admit(const Hello& hello) {
+  if (second_of_name_.contains({hello.robot, hello.session})) return remembered_.at({hello.robot, hello.session});
   auto it = robots_.find(hello.robot);
   if (it != robots_.end() && it->second.session != hello.session) {
     remembered_.erase({hello.robot, it->second.session});
@@ -37,6 +61,7 @@ RobotRecord& RobotRegistry::admit(const Hello& hello) {
   }
   if (it == robots_.end()) {
     const auto before = remembered_.extract({hello.robot, hello.session});
+    if (before) before.mapped().since = {};
     it = robots_.emplace(hello.robot, before ? std::move(before.mapped()) : RobotRecord(hello.robot, hello.session))
              .first;
   }

@@ -1,9 +1,11 @@
 // Who is there: robots, their sessions, what they have delivered, where they are, what they were told.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -22,6 +24,8 @@ struct RobotRecord {
   std::optional<Interest> interest;
   std::optional<Correction> correction;  ///< the last one sent
   bool finished = false;
+  std::chrono::steady_clock::time_point since{};  ///< when this session was first seen alive
+  int signs_of_another = 0;                       ///< an earlier session lives on
 };
 
 /// Thread rule: one thread.
@@ -39,6 +43,9 @@ class RobotRegistry {
   /// The record for a keyframe: of the robot's present session, or of an earlier one, which its outbox has kept. Null
   /// if the robot never said hello or is refused, or the session is a later one.
   RobotRecord* delivering(const std::string& robot, uint64_t session);
+  /// A sign of life of a robot. If an earlier session of its name lives on beside a newer one there are two robots of
+  /// one name: the first keeps it, and the record of the second comes back with its refusal. Null else.
+  const RobotRecord* alive(const std::string& robot, uint64_t session, std::chrono::steady_clock::time_point now);
   /// The record for a message of this robot and session; null if it never said hello, is refused, or the session is
   /// old.
   RobotRecord* served(const std::string& robot, uint64_t session);
@@ -48,6 +55,7 @@ class RobotRegistry {
   uint64_t fern_book_hash_;
   std::map<std::string, RobotRecord> robots_;
   std::map<std::pair<std::string, uint64_t>, RobotRecord> remembered_;  // other sessions: of earlier starts
+  std::set<std::pair<std::string, uint64_t>> second_of_name_;           // refused, among the remembered
 };
 
 /// What the robot is told of its keyframes.

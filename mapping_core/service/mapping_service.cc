@@ -96,6 +96,10 @@ Result<void> MappingService::handle(const Delivery& delivery) {
       const auto hello = decodeHello(delivery.payload);
       if (!hello) {
         refuse(delivery, hello.error().text);
+        Acknowledgement refusal;  // of which session cannot be read
+        refusal.robot = delivery.robot;
+        refusal.refusal = hello.error().text;
+        send(Topic::kAck, delivery.robot, encodeAcknowledgement(refusal));
         return {};
       }
       const bool again = registry_.served(hello->robot, hello->session) != nullptr;
@@ -116,6 +120,7 @@ Result<void> MappingService::handle(const Delivery& delivery) {
         refuse(delivery, status.error().text);
         return {};
       }
+      noteAlive(status->robot, status->session);
       if (RobotRecord* record = registry_.served(status->robot, status->session)) record->finished = status->finished;
       return {};
     }
@@ -123,6 +128,13 @@ Result<void> MappingService::handle(const Delivery& delivery) {
       refuse(delivery, "topic that the core does not read");
       return {};
   }
+}
+
+void MappingService::noteAlive(const std::string& robot, uint64_t session) {
+  const RobotRecord* second = registry_.alive(robot, session, std::chrono::steady_clock::now());
+  if (second == nullptr) return;
+  log_("robot " + robot + " refused: " + second->refusal);
+  send(Topic::kAck, robot, encodeAcknowledgement(acknowledgementOf(*second)));
 }
 
 Result<void> MappingService::handleKeyframe(const Delivery& delivery) {

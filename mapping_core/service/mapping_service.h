@@ -58,6 +58,7 @@ class MappingService {
 
  private:
   Result<void> handle(const Delivery& delivery);
+  void noteAlive(const std::string& robot, uint64_t session);
   Result<void> handleKeyframe(const Delivery& delivery);
   Result<void> handleInterest(const Delivery& delivery);
   Result<void> mapNext();

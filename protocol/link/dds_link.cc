@@ -3,6 +3,7 @@
 #include <arpa/inet.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <ifaddrs.h>
+#include <net/if.h>
 
 #include <algorithm>
 #include <atomic>
@@ -19,6 +20,7 @@
 #include <limits>
 #include <map>
 #include <mutex>
+#include <thread>
 
 #include "protocol/link/octets_type.h"
 #include "protocol/link/own_samples_filter.h"
@@ -62,7 +64,8 @@ class Bell {
 // One reader and the next sample of it, taken out of DDS ahead of delivery to compare ages across topics.
 class Inlet : public dds::DataReaderListener {
  public:
-  Inlet(Topic topic, Bell& bell) : topic_(topic), bell_(bell) {}
+  /// `only_for`: the robot whose samples are taken, besides those to all; empty: everyone's.
+  Inlet(Topic topic, std::string only_for, Bell& bell) : topic_(topic), only_for_(std::move(only_for)), bell_(bell) {}
 
   void on_data_available(dds::DataReader*) override {
     maybe_more_ = true;
@@ -96,7 +99,7 @@ class Inlet : public dds::DataReaderListener {
     if (reader_->take_next_instance(samples, infos, 1, previous) != ReturnCode_t::RETCODE_OK) return false;
     if (infos.length() == 1) {
       last_robot_ = infos[0].instance_handle;
-      if (infos[0].valid_data && !samples[0].damaged) {
+      if (infos[0].valid_data && !samples[0].damaged && isForUs(samples[0].robot)) {
         head_ = Delivery{topic_, std::move(samples[0].robot), std::move(samples[0].payload)};
         head_time_ = infos[0].reception_timestamp;
       }
@@ -105,7 +108,10 @@ class Inlet : public dds::DataReaderListener {
     return true;
   }
 
+  bool isForUs(const std::string& robot) const { return only_for_.empty() || robot.empty() || robot == only_for_; }
+
   const Topic topic_;
+  const std::string only_for_;
   Bell& bell_;
   dds::DataReader* reader_ = nullptr;
   std::atomic<bool> maybe_more_ = true;
@@ -170,7 +176,7 @@ Result<void> DdsLink::open() {
   switchOffShortCuts();
   const std::string name = "comap/" + roleName(options_.role) + (options_.robot.empty() ? "" : "/" + options_.robot);
   participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
-      static_cast<uint32_t>(options_.domain), participantQos(name, options_.interface_address));
+      static_cast<uint32_t>(options_.domain), participantQos(name, options_));
   if (participant_ == nullptr) return unreachable("joining (are its ports taken?)");
   const dds::TypeSupport type(new OctetsType);
   if (participant_->register_type(type) != ReturnCode_t::RETCODE_OK) return unreachable("registering the type");
@@ -196,7 +202,7 @@ Result<void> DdsLink::open() {
 }
 
 Result<void> DdsLink::openWriter(Topic topic, dds::Topic* dds_topic) {
-  dds::DataWriter* writer = publisher_->create_datawriter(dds_topic, writerQos(topic));
+  dds::DataWriter* writer = publisher_->create_datawriter(dds_topic, writerQos(topic, options_.max_blocking_ms));
   if (writer == nullptr) return unreachable("creating the writer of " + topicName(topic));
   writers_[topic] = writer;
   return {};
@@ -204,12 +210,15 @@ Result<void> DdsLink::openWriter(Topic topic, dds::Topic* dds_topic) {
 
 Result<void> DdsLink::openReader(Topic topic, dds::Topic* dds_topic) {
   dds::TopicDescription* source = dds_topic;
-  if (options_.role == LinkRole::kRobot) {
+  // A sample that is filtered by its writer carries the filters' marks beside its content; where datagrams are small,
+  // Fast DDS leaves no room for them and never sends it. There the reader takes all and drops what is for others.
+  if (options_.role == LinkRole::kRobot && profileOf(options_) == "local") {
     source = participant_->create_contentfilteredtopic(topicName(topic) + "/own", dds_topic, "robot", {options_.robot},
                                                        kOwnSamplesFilter);
     if (source == nullptr) return unreachable("filtering topic " + topicName(topic));
   }
-  auto& inlet = inlets_[topic] = std::make_unique<Inlet>(topic, bell_);
+  auto& inlet = inlets_[topic] =
+      std::make_unique<Inlet>(topic, options_.role == LinkRole::kRobot ? options_.robot : "", bell_);
   // Created without listener: the first callback may come before create_datareader has returned.
   inlet->setReader(subscriber_->create_datareader(source, readerQos(topic)));
   if (inlet->reader() == nullptr) return unreachable("creating the reader of " + topicName(topic));
@@ -226,8 +235,8 @@ Result<void> DdsLink::publish(Topic topic, const std::string& robot, std::span<c
   if (code == ReturnCode_t::RETCODE_OK) return {};
   const std::string what = topicName(topic) + ": " + std::to_string(payload.size()) + " bytes ";
   if (code == ReturnCode_t::RETCODE_TIMEOUT) {
-    return Error{ErrorCode::kUnreachable, what + "not taken within " + std::to_string(kMaxBlocking_s) + " s by " +
-                                              std::to_string(readersOf(topic)) + " readers"};
+    return Error{ErrorCode::kUnreachable, what + "not taken within " + std::to_string(options_.max_blocking_ms) +
+                                              " ms by " + std::to_string(readersOf(topic)) + " readers"};
   }
   return Error{ErrorCode::kUnreachable, what + "refused by DDS with code " + std::to_string(code())};
 }
@@ -277,19 +286,94 @@ int DdsLink::peers() const {
   return count;
 }
 
-bool isOwnAddress(const std::string& address) {
-  in_addr wanted{};
-  if (inet_pton(AF_INET, address.c_str(), &wanted) != 1) return false;
-  if (address.starts_with("127.")) return address == "127.0.0.1";
+bool isAddress(const std::string& text) {
+  in_addr address{};
+  return inet_pton(AF_INET, text.c_str(), &address) == 1;
+}
+
+// The IPv4 address of the interface that has this address or this name; empty if there is none now.
+std::string ownAddress(const std::string& interface) {
+  if (interface.starts_with("127.")) return interface == "127.0.0.1" ? interface : "";
   ifaddrs* interfaces = nullptr;
-  if (getifaddrs(&interfaces) != 0) return false;
-  bool found = false;
-  for (const ifaddrs* entry = interfaces; entry != nullptr; entry = entry->ifa_next) {
+  if (getifaddrs(&interfaces) != 0) return {};
+  std::string found;
+  for (const ifaddrs* entry = interfaces; entry != nullptr && found.empty(); entry = entry->ifa_next) {
     if (entry->ifa_addr == nullptr || entry->ifa_addr->sa_family != AF_INET) continue;
-    found |= reinterpret_cast<const sockaddr_in*>(entry->ifa_addr)->sin_addr.s_addr == wanted.s_addr;
+    char text[INET_ADDRSTRLEN];
+    const auto* address = reinterpret_cast<const sockaddr_in*>(entry->ifa_addr);
+    if (inet_ntop(AF_INET, &address->sin_addr, text, sizeof text) == nullptr) continue;
+    if (interface == entry->ifa_name || interface == text) found = text;
   }
   freeifaddrs(interfaces);
   return found;
+}
+
+// A link on an interface given by name: follows its address. While there is none, nobody is there.
+class RoamingLink : public Link {
+ public:
+  explicit RoamingLink(DdsLinkOptions options) : options_(std::move(options)) {}
+
+  Result<void> follow() {
+    const std::lock_guard lock(mutex_);
+    const auto now = std::chrono::steady_clock::now();
+    if (looked_ != std::chrono::steady_clock::time_point() && now - looked_ < kLookEvery) return {};
+    looked_ = now;
+    const std::string address = ownAddress(options_.interface_address);
+    if (address == address_ && (link_ || address.empty())) return {};
+    link_.reset();
+    address_ = address;
+    if (address.empty()) return {};
+    DdsLinkOptions options = options_;
+    options.interface_address = address;
+    auto link = std::make_shared<DdsLink>(options);
+    if (auto opened = link->open(); !opened) return opened;
+    link_ = std::move(link);
+    return {};
+  }
+
+  Result<void> publish(Topic topic, const std::string& robot, std::span<const uint8_t> payload) override {
+    const auto link = current();
+    if (!link)
+      return Error{ErrorCode::kUnreachable, "interface " + options_.interface_address + " has no IPv4 address now"};
+    return link->publish(topic, robot, payload);
+  }
+  std::optional<Delivery> receive(std::chrono::milliseconds timeout) override {
+    if (const auto link = current()) return link->receive(timeout);
+    std::this_thread::sleep_for(timeout);
+    return std::nullopt;
+  }
+  int peers() const override {
+    const std::lock_guard lock(mutex_);
+    return link_ ? link_->peers() : 0;
+  }
+
+ private:
+  static constexpr std::chrono::seconds kLookEvery{1};
+  std::shared_ptr<DdsLink> current() {
+    (void)bool(follow());  // tried again after kLookEvery
+    const std::lock_guard lock(mutex_);
+    return link_;
+  }
+
+  const DdsLinkOptions options_;
+  mutable std::mutex mutex_;
+  std::shared_ptr<DdsLink> link_;
+  std::string address_;
+  std::chrono::steady_clock::time_point looked_{};
+};
+
+Result<void> checkProfile(const DdsLinkOptions& options) {
+  const std::string profile = profileOf(options);
+  if (profile != "local" && profile != "lan" && profile != "wan")
+    return Error{ErrorCode::kWrongUse, "link.profile '" + profile + "', expected auto, local, lan or wan"};
+  if (profile == "local" && !options.interface_address.starts_with("127."))
+    return Error{ErrorCode::kWrongUse, "link.profile local stays on this machine, but link.interface_address is '" +
+                                           options.interface_address + "': expected 127.0.0.1, or profile lan or wan"};
+  if (!options.core_address.empty() && !isAddress(options.core_address))
+    return Error{ErrorCode::kWrongUse, "link.core_address '" + options.core_address + "' is no IPv4 address"};
+  if (profile == "wan" && options.role != LinkRole::kCore && options.core_address.empty())
+    return Error{ErrorCode::kWrongUse, "link.profile wan has no multicast: link.core_address must name the core"};
+  return {};
 }
 
 }  // namespace
@@ -308,14 +392,21 @@ Result<std::unique_ptr<Link>> connectDds(const DdsLinkOptions& options) {
       return Error{ErrorCode::kWrongUse, problem};
     }
   }
-  if (!isOwnAddress(options.interface_address)) {
-    return Error{ErrorCode::kUnreachable,
-                 "link.interface_address '" + options.interface_address + "' is no IPv4 address of this machine"};
+  if (auto checked = checkProfile(options); !checked) return checked.error();
+  const bool by_name = if_nametoindex(options.interface_address.c_str()) != 0;
+  if (!by_name && ownAddress(options.interface_address).empty()) {
+    return Error{ErrorCode::kUnreachable, "link.interface_address '" + options.interface_address +
+                                              "' is no IPv4 address or network interface of this machine"};
   }
   if (!options.insecure && options.interface_address.rfind("127.", 0) != 0)
     return Error{ErrorCode::kWrongUse, "link.interface_address '" + options.interface_address +
                                            "' leaves this machine and messages are not encrypted: if that network is "
                                            "trusted, say so with --insecure or link.insecure: true"};
+  if (by_name) {
+    auto roaming = std::make_unique<RoamingLink>(options);
+    if (auto opened = roaming->follow(); !opened) return opened.error();
+    return std::unique_ptr<Link>(std::move(roaming));
+  }
   auto link = std::make_unique<DdsLink>(options);
   if (auto opened = link->open(); !opened) return opened.error();
   return std::unique_ptr<Link>(std::move(link));

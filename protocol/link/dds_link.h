@@ -14,16 +14,24 @@ struct DdsLinkOptions {
   std::string site = "default";  ///< DDS partition: sites on one domain do not hear each other
   LinkRole role = LinkRole::kRobot;
   std::string robot;  ///< a robot's own name; unused by others
-  /// IPv4 address of the one interface to use. 127.*: nothing leaves the machine.
+  /// The one interface to use: its IPv4 address, or its name ("wlan0"), whose address may then come, go and change.
+  /// 127.*: nothing leaves the machine.
   std::string interface_address = "127.0.0.1";
+  /// "local": one machine, large datagrams. "lan": datagrams that need no IP fragments, discovery by multicast on the
+  /// interface. "wan": as lan, but without multicast: robots are told the core's address. "auto": local on 127.*,
+  /// else lan.
+  std::string profile = "auto";
+  std::string core_address;     ///< wan, robots and observers: IPv4 address of the core
+  int max_blocking_ms = 10000;  ///< that publish waits for room among keyframes that nobody takes
   /// Messages are not encrypted: another interface than 127.* needs this word that the network is trusted.
   bool insecure = false;
 };
 
 /// kWrongUse for options out of range, kUnreachable if the interface is not there or the domain's ports are taken.
-/// publish blocks up to 10 s while a keyframe reader takes nothing, then kUnreachable. Messages wait in DDS until
-/// receive takes them, so a reader that stops stops its writers and does not grow.
-/// Closing takes well under a second.
+/// With the name of an interface that has no address yet, the link is there and has no peers.
+/// publish blocks up to max_blocking_ms while a keyframe reader takes nothing, then kUnreachable. Messages wait in DDS
+/// until receive takes them, so a reader that stops stops its writers and does not grow. Closing takes well under a
+/// second.
 Result<std::unique_ptr<Link>> connectDds(const DdsLinkOptions& options);
 
 }  // namespace comap

@@ -1,6 +1,7 @@
 #include "protocol/link/qos.h"
 
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
 
 #include <memory>
 
@@ -14,6 +15,7 @@ namespace rtps = eprosima::fastdds::rtps;
 
 constexpr uint32_t kSocketBufferBytes = 4u << 20;
 constexpr uint32_t kDatagramBytes = 1400;
+constexpr uint32_t kPeersOfOneAddress = 8;  // participants on one machine that are looked for
 
 // Samples kept per robot, and robots.
 struct Depth {
@@ -41,7 +43,6 @@ template <class Qos>
 void setCommon(Topic topic, Qos& qos) {
   const Depth depth = depthOf(topic);
   qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
-  qos.reliability().max_blocking_time = eprosima::fastrtps::Duration_t(kMaxBlocking_s, 0);
   qos.durability().kind = latchedDepth(topic) > 0 ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
   qos.history().kind = depth.keep_all ? dds::KEEP_ALL_HISTORY_QOS : dds::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = depth.per_robot;
@@ -55,30 +56,48 @@ void setCommon(Topic topic, Qos& qos) {
 
 }  // namespace
 
-dds::DomainParticipantQos participantQos(const std::string& name, const std::string& interface_address) {
+std::string profileOf(const DdsLinkOptions& options) {
+  if (options.profile != "auto") return options.profile;
+  return options.interface_address.starts_with("127.") ? "local" : "lan";
+}
+
+dds::DomainParticipantQos participantQos(const std::string& name, const DdsLinkOptions& options) {
   dds::DomainParticipantQos qos;
   qos.name(name);
-  const bool loopback = interface_address.starts_with("127.");
+  const std::string profile = profileOf(options);
   // UDP alone, also on one machine: a process that is killed leaves its ports in shared memory as they were, its
   // successor takes the same ones, and peers go on writing into the old.
   auto udp = std::make_shared<rtps::UDPv4TransportDescriptor>();
-  udp->interfaceWhiteList.push_back(interface_address);
+  udp->interfaceWhiteList.push_back(options.interface_address);
   udp->sendBufferSize = kSocketBufferBytes;
   udp->receiveBufferSize = kSocketBufferBytes;
-  if (!loopback) udp->maxMessageSize = kDatagramBytes;
+  udp->maxInitialPeersRange = kPeersOfOneAddress;
+  if (profile != "local") udp->maxMessageSize = kDatagramBytes;
   qos.transport().use_builtin_transports = false;
   qos.transport().user_transports.push_back(udp);
   qos.transport().send_socket_buffer_size = kSocketBufferBytes;
   qos.transport().listen_socket_buffer_size = kSocketBufferBytes;
-  auto& discovery = qos.wire_protocol().builtin.discovery_config;
-  discovery.leaseDuration = eprosima::fastrtps::Duration_t(kLease_s, 0);
-  discovery.leaseDuration_announcementperiod = eprosima::fastrtps::Duration_t(kLease_s / 5, 0);
+  auto& builtin = qos.wire_protocol().builtin;
+  builtin.discovery_config.leaseDuration = eprosima::fastrtps::Duration_t(kLease_s, 0);
+  builtin.discovery_config.leaseDuration_announcementperiod = eprosima::fastrtps::Duration_t(kLease_s / 5, 0);
+  if (profile == "wan") {
+    // With a listening address of its own and someone to write to, a participant neither joins nor uses multicast.
+    // A core looks to its own address, where there is nobody else: robots come to it.
+    eprosima::fastrtps::rtps::Locator_t own, peer;
+    eprosima::fastrtps::rtps::IPLocator::setIPv4(own, options.interface_address);
+    eprosima::fastrtps::rtps::IPLocator::setIPv4(
+        peer, options.core_address.empty() ? options.interface_address : options.core_address);
+    builtin.metatrafficUnicastLocatorList.push_back(own);
+    builtin.initialPeersList.push_back(peer);
+  }
   return qos;
 }
 
-dds::DataWriterQos writerQos(Topic topic) {
+dds::DataWriterQos writerQos(Topic topic, int max_blocking_ms) {
   dds::DataWriterQos qos = dds::DATAWRITER_QOS_DEFAULT;
   setCommon(topic, qos);
+  qos.reliability().max_blocking_time =
+      eprosima::fastrtps::Duration_t(max_blocking_ms / 1000, static_cast<uint32_t>(max_blocking_ms % 1000) * 1'000'000);
   qos.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;
   qos.reliable_writer_qos().times.heartbeatPeriod = eprosima::fastrtps::Duration_t(0, 100'000'000);
   qos.reliable_writer_qos().times.nackResponseDelay = eprosima::fastrtps::Duration_t(0, 1'000'000);

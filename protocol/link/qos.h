@@ -6,20 +6,22 @@
 #include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
 #include <string>
 
+#include "protocol/link/dds_link.h"
 #include "protocol/link/link.h"
 
 namespace comap {
 
-/// How long publish waits for room, and with it how long a reader that takes nothing can hold a writer.
-inline constexpr int kMaxBlocking_s = 10;
 /// After this long without a word a participant counts as gone.
 inline constexpr int kLease_s = 10;
 
-/// Loopback: UDP on 127.0.0.1, nothing leaves the machine. Any other address: UDP on that interface
-/// alone, in datagrams that need no IP fragments.
-eprosima::fastdds::dds::DomainParticipantQos participantQos(const std::string& name,
-                                                            const std::string& interface_address);
-eprosima::fastdds::dds::DataWriterQos writerQos(Topic topic);
+/// The profile of `options`, "auto" resolved.
+std::string profileOf(const DdsLinkOptions& options);
+
+/// UDP on the one interface. Profiles lan and wan: in datagrams that need no IP fragments; wan: no multicast, whoever
+/// has a core_address looks there.
+eprosima::fastdds::dds::DomainParticipantQos participantQos(const std::string& name, const DdsLinkOptions& options);
+/// `max_blocking_ms`: how long a reader that takes nothing can hold the writer.
+eprosima::fastdds::dds::DataWriterQos writerQos(Topic topic, int max_blocking_ms);
 eprosima::fastdds::dds::DataReaderQos readerQos(Topic topic);
 
 }  // namespace comap

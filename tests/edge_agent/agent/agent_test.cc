@@ -27,7 +27,8 @@ class WalkSource final : public FrameSource {
     if (i == damaged_) return Error{ErrorCode::kBadData, "frame 7 is damaged"};
     const int step = carried_off && i >= blank_to_ ? i - blank_to_ : i;
     const Pose T_world_cam(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.02 * step, 0, 0));
-    Frame frame = scene_.render(smallCamera(), T_world_cam, i * 33'000'000ll);
+    const int64_t set_back_ns = i >= clock_set_back_at ? 3'600'000'000'000ll : 0;
+    Frame frame = scene_.render(smallCamera(), T_world_cam, i * 33'000'000ll - set_back_ns);
     if (i >= blank_from_ && i < blank_to_) {
       frame.colour = ColourImage(frame.colour.width(), frame.colour.height());
       frame.depth = DepthImage(frame.depth.width(), frame.depth.height());
@@ -38,6 +39,7 @@ class WalkSource final : public FrameSource {
   std::string description() const override { return "walk"; }
 
   bool carried_off = false;
+  int clock_set_back_at = 1 << 30;  // by an hour
 
  private:
   Scene scene_ = Scene::room();
@@ -236,6 +238,34 @@ TEST_F(AgentTest, ARefusalEndsItWithTheReason) {
   ASSERT_FALSE(exchanged);
   EXPECT_EQ(exchanged.error().code, ErrorCode::kProblem);
   EXPECT_NE(exchanged.error().text.find("fern book differs"), std::string::npos);
+}
+
+TEST_F(AgentTest, ACoreOfAnotherProtocolEndsItWithTheReason) {
+  WalkSource source(3, 0, 0, -1);
+  Agent agent = makeAgent(source);
+  const std::vector<uint8_t> major_9 = {0x08, 0x09};
+  ASSERT_TRUE(core_->publish(Topic::kAck, "r", major_9));
+  const auto exchanged = agent.exchange(milliseconds(0));
+  ASSERT_FALSE(exchanged);
+  EXPECT_EQ(exchanged.error().code, ErrorCode::kProblem);
+  EXPECT_NE(exchanged.error().text.find("protocol major 9"), std::string::npos) << exchanged.error().text;
+}
+
+TEST_F(AgentTest, AClockThatIsSetBackIsToldAndTheMapGoesOn) {
+  WalkSource source(40, 0, 0, -1);
+  source.clock_set_back_at = 20;
+  Agent agent = makeAgent(source);
+  const auto keyframes = play(agent);
+  EXPECT_EQ(agent.statistics().damaged_frames, 4u);
+  EXPECT_EQ(agent.statistics().frames, 36u);
+  EXPECT_EQ(agent.statistics().chains, 1u);
+  EXPECT_LT(keyframes.back().stamp_ns, keyframes.front().stamp_ns);
+  const auto duration = agent.statistics().last_stamp_ns - agent.statistics().first_stamp_ns;
+  EXPECT_GT(duration, 0);
+  EXPECT_LT(duration, 40 * 33'000'000ll);
+  size_t told = 0;
+  for (const std::string& line : log_) told += line.find("set back") != std::string::npos;
+  EXPECT_EQ(told, 1u);
 }
 
 TEST_F(AgentTest, CorrectionsAndTilesOfItsMapAreKept) {

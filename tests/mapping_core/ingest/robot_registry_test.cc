@@ -51,5 +51,41 @@ TEST(RobotRegistry, KeyframesOfEarlierSessionsAreTakenAndAcknowledged) {
   EXPECT_EQ(registry.delivering("a", 2), nullptr);
 }
 
+using Clock = std::chrono::steady_clock;
+using std::chrono::seconds;
+
+TEST(RobotRegistry, OfTwoLiveRobotsOfOneNameTheFirstKeepsItAndTheSecondIsToldWhy) {
+  RobotRegistry registry(kBook);
+  const Clock::time_point start = Clock::time_point() + seconds(1000);
+  registry.admit({"a", 1, kBook, "x"});
+  EXPECT_EQ(registry.alive("a", 1, start), nullptr);
+  registry.admit({"a", 2, kBook, "x"});
+  const RobotRecord* refused = nullptr;
+  for (int s = 1; s <= 6 && refused == nullptr; ++s) {
+    EXPECT_EQ(registry.alive("a", 2, start + seconds(s)), nullptr);
+    refused = registry.alive("a", 1, start + seconds(s));
+  }
+  ASSERT_NE(refused, nullptr);
+  EXPECT_EQ(refused->session, 2u);
+  EXPECT_NE(acknowledgementOf(*refused).refusal.find("another robot named 'a'"), std::string::npos);
+  EXPECT_NE(registry.served("a", 1), nullptr);
+  EXPECT_EQ(registry.served("a", 2), nullptr);
+  EXPECT_FALSE(registry.admit({"a", 2, kBook, "x"}).refusal.empty()) << "also when it asks again";
+  EXPECT_NE(registry.served("a", 1), nullptr);
+  EXPECT_EQ(registry.alive("a", 2, start + seconds(9)), nullptr);
+  EXPECT_TRUE(registry.admit({"a", 3, kBook, "x"}).refusal.empty()) << "a new start may be its successor";
+}
+
+TEST(RobotRegistry, ALateWordOfAnEarlierLifeIsNoSecondRobot) {
+  RobotRegistry registry(kBook);
+  const Clock::time_point start = Clock::time_point() + seconds(1000);
+  registry.admit({"a", 1, kBook, "x"});
+  registry.admit({"a", 2, kBook, "x"});
+  EXPECT_EQ(registry.alive("a", 2, start), nullptr);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(registry.alive("a", 1, start + seconds(1)), nullptr);
+  EXPECT_EQ(registry.alive("a", 1, start + seconds(20)), nullptr) << "one word alone";
+  EXPECT_NE(registry.served("a", 2), nullptr);
+}
+
 }  // namespace
 }  // namespace comap

@@ -108,7 +108,7 @@ TEST(DdsLink, ACoreThatTakesNothingStopsTheRobotInsteadOfGrowing) {
   }
   ASSERT_FALSE(last) << "200 keyframes were taken by nobody";
   EXPECT_EQ(last.error().code, ErrorCode::kUnreachable);
-  EXPECT_THAT(last.error().text, HasSubstr("comap/v1/keyframe: 100000 bytes not taken within 10 s by 1 readers"));
+  EXPECT_THAT(last.error().text, HasSubstr("comap/v1/keyframe: 100000 bytes not taken within 10000 ms by 1 readers"));
   EXPECT_GE(sent, 16u);
   EXPECT_LE(sent, 48u);
   // Small talk still passes, and once the core reads again nothing of what was accepted is missing.
