@@ -21,8 +21,8 @@ struct DdsLinkOptions {
   /// interface. "wan": as lan, but without multicast: robots are told the core's address. "auto": local on 127.*,
   /// else lan.
   std::string profile = "auto";
-  std::string core_address;     ///< wan, robots and observers: IPv4 address of the core
-  int max_blocking_ms = 10000;  ///< that publish waits for room among keyframes that nobody takes
+  std::string core_address = {};  ///< wan, robots and observers: IPv4 address of the core
+  int max_blocking_ms = 10000;    ///< that publish waits for room among keyframes that nobody takes
   /// Messages are not encrypted: another interface than 127.* needs this word that the network is trusted.
   bool insecure = false;
 };

@@ -32,11 +32,11 @@ class DurableOutbox : public testing::Test {
   }
   std::unique_ptr<Background> core() {
     return std::make_unique<Background>(
-        "mapping_core", std::vector<std::string>{"--domain", "93", "--core-site", "outbox", "--store", store_},
+        "mapping_core", std::vector<std::string>{"--domain", "93", "--core-site", site_, "--store", store_},
         folder_.path("core.log"));
   }
   std::vector<std::string> agentOptions(const std::vector<std::string>& more) {
-    std::vector<std::string> options = {"--domain", "93",       "--core-site",  "outbox",   "--robot",
+    std::vector<std::string> options = {"--domain", "93",       "--core-site",  site_,      "--robot",
                                         "a",        "--outbox", folder_.path(), "--report", folder_.path("a.json")};
     options.insert(options.end(), more.begin(), more.end());
     return options;
@@ -67,6 +67,7 @@ class DurableOutbox : public testing::Test {
     return run.exit_code == 0 ? Json::parse(run.out) : Json();
   }
 
+  const std::string site_ = "outbox-" + std::to_string(getpid());  // these tests may run side by side
   TemporaryFolder folder_;
   std::string flat_, store_ = folder_.path("map.comap");
 };
