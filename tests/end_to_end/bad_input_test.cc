@@ -2,13 +2,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <thread>
 
 #include "edge_agent/capture/image_file.h"
-#include "tests/end_to_end/program.h"
+#include "tests/end_to_end/flat_test.h"
 
 namespace comap {
 namespace {
@@ -16,14 +15,8 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-class BadInput : public testing::Test {
+class BadInput : public FlatTest {
  protected:
-  void SetUp() override {
-    const char* flat = std::getenv("COMAP_FLAT_DIR");
-    if (flat == nullptr) GTEST_SKIP() << "COMAP_FLAT_DIR names no synthetic flat; run by ctest, which makes one";
-    flat_ = flat;
-  }
-
   // A few frames of robot a that a test may damage.
   std::string copyOfA() {
     const std::string copy = folder_.path("a");
@@ -39,9 +32,6 @@ class BadInput : public testing::Test {
     EXPECT_FALSE(fs::exists(folder_.path("run/report.json")));
     EXPECT_FALSE(fs::exists(folder_.path("run/map.ply")));
   }
-
-  std::string flat_;
-  TemporaryFolder folder_;
 };
 
 TEST_F(BadInput, MissingFolder) {

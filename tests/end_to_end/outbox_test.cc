@@ -3,33 +3,21 @@
 #include <signal.h>
 
 #include <chrono>
-#include <cstdlib>
-#include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "protocol/storage/database.h"
 #include "tests/end_to_end/background.h"
-#include "tests/end_to_end/program.h"
+#include "tests/end_to_end/flat_test.h"
 
 namespace comap {
 namespace {
 
 using Json = nlohmann::json;
 
-std::string contentOf(const std::string& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-class DurableOutbox : public testing::Test {
+class DurableOutbox : public FlatTest {
  protected:
-  void SetUp() override {
-    const char* flat = std::getenv("COMAP_FLAT_DIR");
-    if (flat == nullptr) GTEST_SKIP() << "COMAP_FLAT_DIR names no synthetic flat; run by ctest, which makes one";
-    flat_ = flat;
-  }
   std::unique_ptr<Background> core() {
     return std::make_unique<Background>(
         "mapping_core", std::vector<std::string>{"--domain", "93", "--core-site", site_, "--store", store_},
@@ -68,8 +56,7 @@ class DurableOutbox : public testing::Test {
   }
 
   const std::string site_ = "outbox-" + std::to_string(getpid());  // these tests may run side by side
-  TemporaryFolder folder_;
-  std::string flat_, store_ = folder_.path("map.comap");
+  const std::string store_ = folder_.path("map.comap");
 };
 
 TEST_F(DurableOutbox, KillNineOfCoreAndAgentLosesNoKeyframe) {

@@ -1,17 +1,16 @@
 // A core that is killed and started again on its store: no keyframe that it acknowledged is lost, and mapping goes on.
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <chrono>
-#include <cstdlib>
-#include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <vector>
 
 #include "tests/end_to_end/background.h"
-#include "tests/end_to_end/program.h"
+#include "tests/end_to_end/flat_test.h"
 
 namespace comap {
 namespace {
@@ -28,27 +27,17 @@ size_t mapped(const Json& info) {
   return info.at("keyframes").get<size_t>() - info.at("keyframes_without_pose").get<size_t>();
 }
 
-std::string contentOf(const std::string& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-class Restart : public testing::Test {
+class Restart : public FlatTest {
  protected:
-  void SetUp() override {
-    const char* flat = std::getenv("COMAP_FLAT_DIR");
-    if (flat == nullptr) GTEST_SKIP() << "COMAP_FLAT_DIR names no synthetic flat; run by ctest, which makes one";
-    flat_ = flat;
-  }
   std::unique_ptr<Background> core() {
     return std::make_unique<Background>(
-        "mapping_core", std::vector<std::string>{"--domain", "94", "--core-site", "restart", "--store", store_},
+        "mapping_core", std::vector<std::string>{"--domain", "94", "--core-site", site_, "--store", store_},
         folder_.path("core.log"));
   }
   std::unique_ptr<Background> agent(const std::string& robot) {
     return std::make_unique<Background>(
         "edge_agent",
-        std::vector<std::string>{"--domain", "94", "--core-site", "restart", "--robot", robot, "--source",
+        std::vector<std::string>{"--domain", "94", "--core-site", site_, "--robot", robot, "--source",
                                  "tum:" + flat_ + "/" + robot, "--report", folder_.path(robot + ".json"), "--patience",
                                  "120", "--outbox", folder_.path("outbox")},
         folder_.path(robot + ".log"));
@@ -62,8 +51,8 @@ class Restart : public testing::Test {
     return false;
   }
 
-  TemporaryFolder folder_;
-  std::string flat_, store_ = folder_.path("map.comap");
+  const std::string site_ = "restart-" + std::to_string(getpid());  // test runs may go on side by side
+  const std::string store_ = folder_.path("map.comap");
 };
 
 TEST_F(Restart, AfterKillNineNothingAcknowledgedIsLostAndMappingGoesOn) {

@@ -2,10 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "tests/end_to_end/program.h"
+#include "tests/end_to_end/flat_test.h"
 
 namespace comap {
 namespace {
@@ -13,13 +12,8 @@ namespace {
 using Json = nlohmann::json;
 using testing::HasSubstr;
 
-class StoreChange : public testing::Test {
+class StoreChange : public FlatTest {
  protected:
-  void SetUp() override {
-    const char* flat = std::getenv("COMAP_FLAT_DIR");
-    if (flat == nullptr) GTEST_SKIP() << "COMAP_FLAT_DIR names no synthetic flat; run by ctest, which makes one";
-    flat_ = flat;
-  }
   // A map's name -> its hash.
   static std::map<std::string, std::string> hashes(const Json& document) {
     std::map<std::string, std::string> result;
@@ -38,8 +32,7 @@ class StoreChange : public testing::Test {
     EXPECT_THAT(run.err, HasSubstr(why)) << command;
   }
 
-  TemporaryFolder folder_;
-  std::string flat_, store_ = folder_.path("run/map.comap");
+  const std::string store_ = folder_.path("run/map.comap");
 };
 
 TEST_F(StoreChange, ASplitGivesTheMapsOfBeforeAndItsUndoingTheMapOfAfter) {
