@@ -90,8 +90,8 @@ Result<void> relink(Outbox& outbox, OutboxRow row) {
 
 // As one transaction: takes it out, ties what hung on it to what it hung on, and tells its successor.
 Result<OutboxRow> drop(Outbox& outbox, const OutboxKey& key) {
-  auto transaction = outbox.begin();
-  if (!transaction) return transaction.error();
+  auto change = outbox.begin();
+  if (!change) return change.error();
   const auto found = outbox.firstFrom(key.session, key.sequence);
   if (!found) return found.error();
   const OutboxRow gone = **found;
@@ -105,7 +105,7 @@ Result<OutboxRow> drop(Outbox& outbox, const OutboxKey& key) {
   changed->front().skipped += gone.skipped + 1;
   for (const OutboxRow& row : *changed)
     if (auto done = relink(outbox, row); !done) return done.error();
-  if (auto committed = transaction->commit(); !committed) return committed.error();
+  if (auto committed = change->commit(); !committed) return committed.error();
   return gone;
 }
 
@@ -161,10 +161,7 @@ Result<RoomMade> makeRoom(Outbox& outbox, uint64_t quota_bytes, int thin_quality
     };
     if (std::any_of(changed.begin(), changed.end(), near)) continue;
     auto gone = drop(outbox, candidate.key);
-    if (!gone) {
-      if (auto counted = outbox.reload(); !counted) return counted.error();
-      return gone.error();
-    }
+    if (!gone) return gone.error();
     changed.push_back(candidate.key);
     made.dropped.push_back(std::move(*gone));
   }

@@ -3,6 +3,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <tuple>
 
 namespace comap {
 namespace {
@@ -129,10 +130,10 @@ Result<void> Outbox::prepare() {
                                            "): name another outbox.directory, or move this file away"};
   }
   if (auto committed = transaction->commit(); !committed) return committed;
-  return reload();
+  return countAll();
 }
 
-Result<void> Outbox::reload() {
+Result<void> Outbox::countAll() {
   auto query = database_.query("SELECT session, count(*), sum(bytes) FROM keyframes GROUP BY session");
   if (!query) return query.error();
   keyframes_.clear();
@@ -147,6 +148,25 @@ Result<void> Outbox::reload() {
     keyframes_[session] = static_cast<size_t>(keyframes);
     bytes_ += static_cast<uint64_t>(bytes + keyframes * kBytesBeside);
   }
+}
+
+Result<Outbox::Change> Outbox::begin() {
+  auto transaction = Transaction::begin(database_);
+  if (!transaction) return transaction.error();
+  return Change(*this, std::move(*transaction));
+}
+
+Outbox::Change::Change(Outbox& outbox, Transaction transaction)
+    : outbox_(outbox), transaction_(std::move(transaction)), before_({outbox.keyframes_, outbox.bytes_}) {}
+
+Outbox::Change::~Change() {
+  if (before_) std::tie(outbox_.keyframes_, outbox_.bytes_) = *before_;
+}
+
+Result<void> Outbox::Change::commit() {
+  auto committed = transaction_.commit();
+  if (committed) before_.reset();
+  return committed;
 }
 
 Result<uint64_t> Outbox::lastSession() {
@@ -179,8 +199,8 @@ void Outbox::count(uint64_t session, int keyframes, int64_t bytes) {
 }
 
 Result<void> Outbox::add(const OutboxRow& row, std::span<const uint8_t> encoded) {
-  auto transaction = Transaction::begin(database_);
-  if (!transaction) return transaction.error();
+  auto change = begin();
+  if (!change) return change.error();
   auto known = database_.query("INSERT INTO keyframes (" COMAP_ROW_COLUMNS
                                ", crc32) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
   if (!known) return known.error();
@@ -191,9 +211,8 @@ Result<void> Outbox::add(const OutboxRow& row, std::span<const uint8_t> encoded)
   auto message = database_.query("INSERT INTO messages (session, sequence, encoded) VALUES (?, ?, ?)");
   if (!message) return message.error();
   if (auto ran = bind(*message, row.key).bind(encoded).run(); !ran) return ran;
-  if (auto committed = transaction->commit(); !committed) return committed;
   count(row.key.session, 1, static_cast<int64_t>(encoded.size()));
-  return {};
+  return change->commit();
 }
 
 Result<std::vector<uint8_t>> Outbox::encoded(const OutboxKey& key) {
@@ -271,16 +290,16 @@ Result<void> Outbox::markSent(const OutboxKey& key) {
 }
 
 Result<void> Outbox::replace(const OutboxRow& row, std::span<const uint8_t> encoded) {
-  auto transaction = Transaction::begin(database_);
-  if (!transaction) return transaction.error();
+  auto change = begin();
+  if (!change) return change.error();
   if (auto removed = remove(row.key); !removed) return removed;
   if (auto added = add(row, encoded); !added) return added;
-  return transaction->commit();
+  return change->commit();
 }
 
 Result<void> Outbox::remove(const OutboxKey& key) {
-  auto transaction = Transaction::begin(database_);
-  if (!transaction) return transaction.error();
+  auto change = begin();
+  if (!change) return change.error();
   auto size = database_.query("SELECT bytes FROM keyframes WHERE session = ? AND sequence = ?");
   if (!size) return size.error();
   const auto there = bind(*size, key).step();
@@ -293,16 +312,15 @@ Result<void> Outbox::remove(const OutboxKey& key) {
     if (!query) return query.error();
     if (auto ran = bind(*query, key).run(); !ran) return ran;
   }
-  if (auto committed = transaction->commit(); !committed) return committed;
   count(key.session, -1, -bytes);
-  return {};
+  return change->commit();
 }
 
 Result<std::vector<OutboxKey>> Outbox::acknowledge(const Acknowledgement& acknowledgement) {
   std::vector<OutboxKey> held;
   if (size(acknowledgement.session) == 0 || !acknowledgement.refusal.empty()) return held;
-  auto transaction = Transaction::begin(database_);
-  if (!transaction) return transaction.error();
+  auto change = begin();
+  if (!change) return change.error();
   auto below = database_.query("SELECT sequence FROM keyframes WHERE session = ? AND sequence < ?");
   if (!below) return below.error();
   bind(*below, {acknowledgement.session, acknowledgement.next_expected});
@@ -314,15 +332,9 @@ Result<std::vector<OutboxKey>> Outbox::acknowledge(const Acknowledgement& acknow
   }
   for (const uint32_t sequence : acknowledgement.also_held) held.push_back({acknowledgement.session, sequence});
   const uint64_t bytes_before = bytes_;
-  const auto keyframes_before = keyframes_;
-  Result<void> done;
-  for (size_t i = 0; i < held.size() && done; ++i) done = remove(held[i]);
-  if (done) done = transaction->commit();
-  if (!done) {
-    bytes_ = bytes_before;
-    keyframes_ = keyframes_before;
-    return done.error();
-  }
+  for (const OutboxKey& key : held)
+    if (auto removed = remove(key); !removed) return removed.error();
+  if (auto committed = change->commit(); !committed) return committed.error();
   // Once all is delivered the file gives its room back.
   if (bytes_ == 0 && bytes_before > 0)
     if (auto shrunk = database_.execute("PRAGMA incremental_vacuum"); !shrunk) return shrunk.error();

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "protocol/codec/keyframe_codec.h"
@@ -71,10 +72,9 @@ class Outbox {
   /// Drops what the core holds of the session that the acknowledgement is about. Returns their keys.
   Result<std::vector<OutboxKey>> acknowledge(const Acknowledgement& acknowledgement);
 
-  /// Several changes as one: durable when committed, else undone (reload() must be called then).
-  Result<Transaction> begin() { return Transaction::begin(database_); }
-  /// Counts anew what is there.
-  Result<void> reload();
+  /// Several changes as one: durable when committed, undone if that never comes. May be nested; the outermost counts.
+  class Change;
+  Result<Change> begin();
 
   /// The file does not grow beyond this, whatever is added: kUnreachable then, as on a full disk.
   Result<void> limitBytes(uint64_t bytes);
@@ -90,11 +90,30 @@ class Outbox {
  private:
   explicit Outbox(Database database) : database_(std::move(database)) {}
   Result<void> prepare();
+  Result<void> countAll();
   void count(uint64_t session, int keyframes, int64_t bytes);
 
   Database database_;
   std::map<uint64_t, size_t> keyframes_;  // of each session
   uint64_t bytes_ = 0;
+};
+
+class Outbox::Change {
+ public:
+  Change(Change&& other) noexcept
+      : outbox_(other.outbox_),
+        transaction_(std::move(other.transaction_)),
+        before_(std::exchange(other.before_, std::nullopt)) {}
+  Change& operator=(Change&&) = delete;
+  ~Change();
+  Result<void> commit();
+
+ private:
+  friend class Outbox;
+  Change(Outbox& outbox, Transaction transaction);
+  Outbox& outbox_;
+  Transaction transaction_;
+  std::optional<std::pair<std::map<uint64_t, size_t>, uint64_t>> before_;  // what was counted; nothing once committed
 };
 
 struct RescuedOutbox {
