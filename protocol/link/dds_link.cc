@@ -2,7 +2,6 @@
 
 #include <arpa/inet.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
-#include <ifaddrs.h>
 #include <net/if.h>
 
 #include <algorithm>
@@ -20,11 +19,11 @@
 #include <limits>
 #include <map>
 #include <mutex>
-#include <thread>
 
 #include "protocol/link/octets_type.h"
 #include "protocol/link/own_samples_filter.h"
 #include "protocol/link/qos.h"
+#include "protocol/link/roaming_link.h"
 #include "protocol/link/topics.h"
 #include "protocol/types/ids.h"
 
@@ -291,77 +290,6 @@ bool isAddress(const std::string& text) {
   return inet_pton(AF_INET, text.c_str(), &address) == 1;
 }
 
-// The IPv4 address of the interface that has this address or this name; empty if there is none now.
-std::string ownAddress(const std::string& interface) {
-  if (interface.starts_with("127.")) return interface == "127.0.0.1" ? interface : "";
-  ifaddrs* interfaces = nullptr;
-  if (getifaddrs(&interfaces) != 0) return {};
-  std::string found;
-  for (const ifaddrs* entry = interfaces; entry != nullptr && found.empty(); entry = entry->ifa_next) {
-    if (entry->ifa_addr == nullptr || entry->ifa_addr->sa_family != AF_INET) continue;
-    char text[INET_ADDRSTRLEN];
-    const auto* address = reinterpret_cast<const sockaddr_in*>(entry->ifa_addr);
-    if (inet_ntop(AF_INET, &address->sin_addr, text, sizeof text) == nullptr) continue;
-    if (interface == entry->ifa_name || interface == text) found = text;
-  }
-  freeifaddrs(interfaces);
-  return found;
-}
-
-// A link on an interface given by name: follows its address. While there is none, nobody is there.
-class RoamingLink : public Link {
- public:
-  explicit RoamingLink(DdsLinkOptions options) : options_(std::move(options)) {}
-
-  Result<void> follow() {
-    const std::lock_guard lock(mutex_);
-    const auto now = std::chrono::steady_clock::now();
-    if (looked_ != std::chrono::steady_clock::time_point() && now - looked_ < kLookEvery) return {};
-    looked_ = now;
-    const std::string address = ownAddress(options_.interface_address);
-    if (address == address_ && (link_ || address.empty())) return {};
-    link_.reset();
-    address_ = address;
-    if (address.empty()) return {};
-    DdsLinkOptions options = options_;
-    options.interface_address = address;
-    auto link = std::make_shared<DdsLink>(options);
-    if (auto opened = link->open(); !opened) return opened;
-    link_ = std::move(link);
-    return {};
-  }
-
-  Result<void> publish(Topic topic, const std::string& robot, std::span<const uint8_t> payload) override {
-    const auto link = current();
-    if (!link)
-      return Error{ErrorCode::kUnreachable, "interface " + options_.interface_address + " has no IPv4 address now"};
-    return link->publish(topic, robot, payload);
-  }
-  std::optional<Delivery> receive(std::chrono::milliseconds timeout) override {
-    if (const auto link = current()) return link->receive(timeout);
-    std::this_thread::sleep_for(timeout);
-    return std::nullopt;
-  }
-  int peers() const override {
-    const std::lock_guard lock(mutex_);
-    return link_ ? link_->peers() : 0;
-  }
-
- private:
-  static constexpr std::chrono::seconds kLookEvery{1};
-  std::shared_ptr<DdsLink> current() {
-    (void)bool(follow());  // tried again after kLookEvery
-    const std::lock_guard lock(mutex_);
-    return link_;
-  }
-
-  const DdsLinkOptions options_;
-  mutable std::mutex mutex_;
-  std::shared_ptr<DdsLink> link_;
-  std::string address_;
-  std::chrono::steady_clock::time_point looked_{};
-};
-
 Result<void> checkProfile(const DdsLinkOptions& options) {
   const std::string profile = profileOf(options);
   if (profile != "local" && profile != "lan" && profile != "wan")
@@ -374,6 +302,13 @@ Result<void> checkProfile(const DdsLinkOptions& options) {
   if (profile == "wan" && options.role != LinkRole::kCore && options.core_address.empty())
     return Error{ErrorCode::kWrongUse, "link.profile wan has no multicast: link.core_address must name the core"};
   return {};
+}
+
+Result<std::unique_ptr<Link>> openOn(DdsLinkOptions options, const std::string& address) {
+  options.interface_address = address;
+  auto link = std::make_unique<DdsLink>(options);
+  if (auto opened = link->open(); !opened) return opened.error();
+  return std::unique_ptr<Link>(std::move(link));
 }
 
 }  // namespace
@@ -402,14 +337,11 @@ Result<std::unique_ptr<Link>> connectDds(const DdsLinkOptions& options) {
     return Error{ErrorCode::kWrongUse, "link.interface_address '" + options.interface_address +
                                            "' leaves this machine and messages are not encrypted: if that network is "
                                            "trusted, say so with --insecure or link.insecure: true"};
-  if (by_name) {
-    auto roaming = std::make_unique<RoamingLink>(options);
-    if (auto opened = roaming->follow(); !opened) return opened.error();
-    return std::unique_ptr<Link>(std::move(roaming));
-  }
-  auto link = std::make_unique<DdsLink>(options);
-  if (auto opened = link->open(); !opened) return opened.error();
-  return std::unique_ptr<Link>(std::move(link));
+  if (!by_name) return openOn(options, options.interface_address);
+  auto roaming = std::make_unique<RoamingLink>(
+      options.interface_address, [options](const std::string& address) { return openOn(options, address); });
+  if (auto opened = roaming->follow(); !opened) return opened.error();
+  return std::unique_ptr<Link>(std::move(roaming));
 }
 
 }  // namespace comap

@@ -1,0 +1,70 @@
+#include "protocol/link/roaming_link.h"
+
+#include <arpa/inet.h>
+#include <ifaddrs.h>
+
+#include <thread>
+
+namespace comap {
+namespace {
+
+constexpr std::chrono::seconds kLookEvery{1};
+
+}  // namespace
+
+std::string ownAddress(const std::string& interface) {
+  if (interface.starts_with("127.")) return interface == "127.0.0.1" ? interface : "";
+  ifaddrs* interfaces = nullptr;
+  if (getifaddrs(&interfaces) != 0) return {};
+  std::string found;
+  for (const ifaddrs* entry = interfaces; entry != nullptr && found.empty(); entry = entry->ifa_next) {
+    if (entry->ifa_addr == nullptr || entry->ifa_addr->sa_family != AF_INET) continue;
+    char text[INET_ADDRSTRLEN];
+    const auto* address = reinterpret_cast<const sockaddr_in*>(entry->ifa_addr);
+    if (inet_ntop(AF_INET, &address->sin_addr, text, sizeof text) == nullptr) continue;
+    if (interface == entry->ifa_name || interface == text) found = text;
+  }
+  freeifaddrs(interfaces);
+  return found;
+}
+
+Result<void> RoamingLink::follow() {
+  const std::lock_guard lock(mutex_);
+  const auto now = std::chrono::steady_clock::now();
+  if (looked_ != std::chrono::steady_clock::time_point() && now - looked_ < kLookEvery) return {};
+  looked_ = now;
+  const std::string address = ownAddress(interface_);
+  if (address == address_ && (link_ || address.empty())) return {};
+  link_.reset();
+  address_ = address;
+  if (address.empty()) return {};
+  auto link = connect_(address);
+  if (!link) return link.error();
+  link_ = std::move(*link);
+  return {};
+}
+
+Result<void> RoamingLink::publish(Topic topic, const std::string& robot, std::span<const uint8_t> payload) {
+  const auto link = current();
+  if (!link) return Error{ErrorCode::kUnreachable, "interface " + interface_ + " has no IPv4 address now"};
+  return link->publish(topic, robot, payload);
+}
+
+std::optional<Delivery> RoamingLink::receive(std::chrono::milliseconds timeout) {
+  if (const auto link = current()) return link->receive(timeout);
+  std::this_thread::sleep_for(timeout);
+  return std::nullopt;
+}
+
+int RoamingLink::peers() const {
+  const std::lock_guard lock(mutex_);
+  return link_ ? link_->peers() : 0;
+}
+
+std::shared_ptr<Link> RoamingLink::current() {
+  (void)bool(follow());  // tried again after kLookEvery
+  const std::lock_guard lock(mutex_);
+  return link_;
+}
+
+}  // namespace comap
