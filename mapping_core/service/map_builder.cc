@@ -15,9 +15,7 @@ MapBuilder::MapBuilder(gpu::Device& device, MapStore& store, const MapBuilderOpt
       verifier_(options.verifier),
       shelf_([this](const KeyframeId& id) { return load(id); }, options.cached_views, options.verifier.depth_max_m,
              options.verifier.noise),
-      watch_(shelf_, options.merge_check, options.covisibility, options.probation, options.vote) {
-  options_.graph.closure_sigma = options.closure_sigma;
-}
+      watch_(shelf_, options.merge_check, options.covisibility, options.probation, options.vote) {}
 
 Result<MapChange> MapBuilder::addKeyframe(const Keyframe& keyframe, uint32_t robot_index) {
   if (auto fused = catchUp(surfels_.waiting()); !fused) return fused.error();

@@ -33,9 +33,8 @@ struct MapBuilderOptions {
   CovisibilityOptions covisibility;
   size_t live_ties = 3;  ///< covisibility edges that a keyframe gets when it comes; the others by refine()
   int refine_rounds = 2;
-  GraphOptions graph;
   /// A closure is measured once, from where the map then was, and the ties around it measure the same surface again.
-  double closure_sigma = 3;
+  GraphOptions graph{.closure_sigma = 3};
   SearchOptions search;
   size_t cached_views = 128;
   double move_m = 0.002;  ///< pose changes below leave the surfels alone

@@ -100,16 +100,6 @@ bool discoloured(const ColourImage& colour, int u, int v, const Levels& wanted, 
   return false;
 }
 
-bool marked(const Sketch& sketch, int x, int y, float levels) {
-  const Levels own = levelsOf(sketch.colour.at(x, y));
-  bool found = false;
-  forNeighbours(sketch.colour.width(), sketch.colour.height(), x, y, [&](int u, int v) {
-    const Levels other = levelsOf(sketch.colour.at(u, v));
-    for (size_t i = 0; i < 3; ++i) found = found || std::abs(other[i] - own[i]) > levels;
-  });
-  return found;
-}
-
 // Cells set whose neighbours are set too, but for two: patches count, what flickers along edges does not.
 size_t solidCells(const Image<uint8_t>& cells) {
   constexpr int kSolid = 7;  // of nine
@@ -162,7 +152,7 @@ Comparison compareSketches(const Sketch& surfaces, const Sketch& seen, const Pos
   const CameraModel& k = seen.camera;
   const int width = surfaces.depth_m.width(), height = surfaces.depth_m.height();
   Comparison result;
-  std::vector<Pair> agreeing, comparable;
+  std::vector<Pair> comparable;
   Image<uint8_t> through(width, height), other_colour(width, height);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
@@ -186,14 +176,12 @@ Comparison compareSketches(const Sketch& surfaces, const Sketch& seen, const Pos
       const float d = seen.depth_m.at(u, v);
       if (d <= 0 || std::abs(d - q.z()) > gate) continue;
       ++result.agree;
-      agreeing.push_back({x, y, u, v});
       // From much nearer or farther, cells hold other shares of the same texture.
       const float scale = q.z() * static_cast<float>(surfaces.camera.fx) / (z * static_cast<float>(k.fx));
       if (scale > 1 / kComparableScale && scale < kComparableScale) comparable.push_back({x, y, u, v});
     }
   result.through = solidCells(through);
   constexpr size_t kFewest = 100;
-  for (const Pair& p : agreeing) result.marked += marked(surfaces, p.x, p.y, options.contrast_levels);
   if (comparable.size() < kFewest) return result;
   std::array<Exposure, 3> exposure;
   for (size_t c = 0; c < 3; ++c) exposure[c] = fitExposure(comparable, surfaces, seen, c);

@@ -23,9 +23,8 @@ struct Sketch {
 Sketch makeSketch(const Keyframe& keyframe, const Pyramid& pyramid, const DepthNoiseModel& noise);
 
 struct ComparisonOptions {
-  double gate_m = 0.05;        ///< surfaces nearer to each other than this (or 3 sigma) are one
-  float colour_levels = 24;    ///< after gain and bias, outside of what 3x3 cells show: another colour
-  float contrast_levels = 12;  ///< a cell that differs so much from a neighbour has a mark on it
+  double gate_m = 0.05;      ///< surfaces nearer to each other than this (or 3 sigma) are one
+  float colour_levels = 24;  ///< after gain and bias, outside of what 3x3 cells show: another colour
   DepthNoiseModel noise;
 };
 
@@ -37,7 +36,6 @@ struct Comparison {
   size_t through = 0;      ///< `seen` looks through where the surface should be
   size_t compared = 0;     ///< agreeing ones whose colour could be compared
   size_t discoloured = 0;  ///< and is another
-  size_t marked = 0;       ///< agreeing cells with a mark or relief on them: what makes a place unlike others
 };
 
 /// Cells of `surfaces` seen from `seen`, whose camera stands at T_surfaces_seen.
