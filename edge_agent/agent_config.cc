@@ -26,6 +26,7 @@ Result<AgentConfig> readAgentConfig(const std::string& path) {
   link.read("interface_address", config.link.interface_address);
   link.read("profile", config.link.profile, {"auto", "local", "lan", "wan"});
   link.read("core_address", config.link.core_address);
+  link.read("keys", config.link.keys);
   link.read("insecure", config.link.insecure);
 
   ConfigReader odometry = reader->section("odometry");
@@ -89,6 +90,7 @@ link:
   interface_address: "{}"  # the one network interface to use: its IPv4 address, or its name
   profile: {}          # local: this machine; lan: small datagrams; wan: no multicast; auto: local on 127.*, else lan
   core_address: "{}"     # wan: IPv4 address of the core
+  keys: "{}"             # folder made by fleet keys: messages are encrypted; empty: clear text
   insecure: {}         # true: clear text on an interface other than loopback
 odometry:
   depth_min_m: {}
@@ -124,7 +126,7 @@ downlink:
   budget_bytes_per_s: {}
 )",
       c.robot, c.source, c.link.domain, c.link.site, c.link.interface_address, c.link.profile, c.link.core_address,
-      c.link.insecure, c.odometry.depth_min_m, c.odometry.depth_max_m, c.odometry.alignment.noise.floor_m,
+      c.link.keys, c.link.insecure, c.odometry.depth_min_m, c.odometry.depth_max_m, c.odometry.alignment.noise.floor_m,
       c.odometry.alignment.noise.factor_per_m, c.odometry.alignment.photometric_weight, c.odometry.inherited_frames,
       c.odometry.lost_after, c.odometry.threads, c.recovery.patience_frames, c.keyframes.translation_m,
       c.keyframes.rotation_rad, c.keyframes.overlap, c.keyframes.max_frames, c.depth_rounding.step_per_m,

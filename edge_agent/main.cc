@@ -28,7 +28,7 @@ using std::chrono::seconds;
 volatile sig_atomic_t g_stop = 0;
 
 struct Arguments {
-  std::string config, source, robot, site, interface_address, report, outbox;
+  std::string config, source, robot, site, interface_address, keys, report, outbox;
   int domain = -1, threads = 0;
   bool insecure = false, realtime = false, offline = false, deliver = false, list_sources = false, print_config = false,
        check_config = false;
@@ -53,6 +53,7 @@ Result<AgentConfig> configure(const Arguments& arguments) {
   if (!arguments.interface_address.empty()) config.link.interface_address = arguments.interface_address;
   if (arguments.domain >= 0) config.link.domain = arguments.domain;
   if (arguments.threads > 0) config.odometry.threads = arguments.threads;
+  if (!arguments.keys.empty()) config.link.keys = arguments.keys;
   config.link.insecure = config.link.insecure || arguments.insecure;
   if (arguments.outbox == "memory") {
     config.outbox.kind = "memory";
@@ -66,6 +67,9 @@ Result<AgentConfig> configure(const Arguments& arguments) {
     return Error{ErrorCode::kWrongUse, problem};
   config.link.role = LinkRole::kRobot;
   config.link.robot = config.robot;
+  config.link.notice = [name = config.robot](const std::string& line) {
+    std::fprintf(stderr, "%s: %s\n", name.c_str(), line.c_str());
+  };
   config.link.max_blocking_ms = 50;  // frames go on; what the link does not take stays in the outbox
   return config;
 }
@@ -261,6 +265,7 @@ int main(int argc, char** argv) {
   app.add_option("--core-site", arguments.site, "Site of the mapping core");
   app.add_option("--domain", arguments.domain, "DDS domain")->check(CLI::Range(0, 230));
   app.add_option("--interface", arguments.interface_address, "Network interface to use: its IPv4 address, or its name");
+  app.add_option("--keys", arguments.keys, "Folder of this program's keys, made by fleet keys: messages are encrypted");
   app.add_flag("--insecure", arguments.insecure, "Allow clear text on an interface other than loopback");
   app.add_option("--report", arguments.report, "Write what was done to this JSON file at the end");
   app.add_option("--patience", arguments.patience_s, "Seconds without the core before giving up")

@@ -18,6 +18,7 @@ void addVerbs(CLI::App& app, int& exit_code) {
   comap::addMergesVerb(app, exit_code);
   comap::addSplitVerb(app, exit_code);
   comap::addForgetVerb(app, exit_code);
+  comap::addKeysVerb(app, exit_code);
 }
 
 }  // namespace

@@ -22,7 +22,8 @@ struct ReplayOptions {
   std::string device = "auto";
   uint32_t fern_seed = FernBook::kStandardSeed;
   bool realtime = false;
-  int domain = -1;  ///< DDS domain; -1 = one of 100..219 by process id, so that runs do not meet
+  std::string keys;  ///< folder of the site's keys (`fleet keys`), for DDS; empty: clear text
+  int domain = -1;   ///< DDS domain; -1 = one of 100..219 by process id, so that runs do not meet
 };
 
 struct ReplayOutcome {

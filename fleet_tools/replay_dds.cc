@@ -7,6 +7,7 @@
 
 #include "edge_agent/capture/source_uri.h"
 #include "fleet_tools/child_process.h"
+#include "fleet_tools/keys_folder.h"
 #include "fleet_tools/replay.h"
 #include "protocol/link/dds_link.h"
 
@@ -45,6 +46,12 @@ Result<void> awaitRobots(const ReplayOptions& options, ChildProcess& core, std::
   }
 }
 
+// Keys are good for the site they were made for; without keys the process id keeps runs apart.
+Result<std::string> siteOf(const ReplayOptions& options) {
+  if (options.keys.empty()) return "replay-" + std::to_string(getpid());
+  return siteOfKeys(options.keys);
+}
+
 // What both programs must agree on; all else is default.
 Result<std::string> writeConfig(const ReplayOptions& options) {
   const std::string path = options.out + "/logs/config.yaml";
@@ -68,11 +75,19 @@ Result<ReplayOutcome> replayDds(const ReplayOptions& options, const ReplayProgre
   const int domain = options.domain >= 0 ? options.domain : 100 + static_cast<int>(getpid() % 120);
   const auto config = writeConfig(options);
   if (!config) return config.error();
-  const std::vector<std::string> site = {
-      "--config", *config, "--domain", std::to_string(domain), "--core-site", "replay-" + std::to_string(getpid())};
+  const auto site_name = siteOf(options);
+  if (!site_name) return site_name.error();
+  const std::vector<std::string> site = {"--config",    *config,   "--domain", std::to_string(domain),
+                                         "--core-site", *site_name};
+  const auto giveKeys = [&](std::vector<std::string>& arguments, const std::string& name) {
+    if (options.keys.empty()) return;
+    arguments.push_back("--keys");
+    arguments.push_back(options.keys + "/" + name);
+  };
 
   const std::string folder = programFolder();
   std::vector<std::string> arguments = site;
+  giveKeys(arguments, "core");
   for (const std::string& argument : {std::string("--store"), storePathOf(options.out), std::string("--device"),
                                       options.device, std::string("--report"), reportPath(options.out, "core")})
     arguments.push_back(argument);
@@ -82,6 +97,7 @@ Result<ReplayOutcome> replayDds(const ReplayOptions& options, const ReplayProgre
   std::vector<ChildProcess> robots;
   for (const ReplayRobot& robot : options.robots) {
     arguments = site;
+    giveKeys(arguments, robot.name);
     for (const std::string& argument :
          {std::string("--robot"), robot.name, std::string("--source"), robot.source, std::string("--report"),
           reportPath(options.out, robot.name), std::string("--outbox"), std::string("memory")})

@@ -158,6 +158,8 @@ int run(ReplayArguments& arguments) {
     return failWith({ErrorCode::kWrongUse, "--mode paper: this build has the graph mode only"});
   if (arguments.options.realtime && arguments.link == "loopback")
     return failWith({ErrorCode::kWrongUse, "--realtime: loopback has no clock; use --link dds"});
+  if (!arguments.options.keys.empty() && arguments.link == "loopback")
+    return failWith({ErrorCode::kWrongUse, "--keys: loopback has no wire to encrypt; use --link dds"});
   auto robots = parseRobots(arguments.robots);
   if (!robots) return failWith(robots.error());
   arguments.options.robots = std::move(*robots);
@@ -191,6 +193,8 @@ void addReplayVerb(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   verb->add_option("--domain", arguments->options.domain, "DDS domain; by default one by process id")
       ->check(CLI::Range(0, 230));
+  verb->add_option("--keys", arguments->options.keys,
+                   "Folder of a site's keys (fleet keys), with the core's and each robot's: all is encrypted");
   verb->add_option("--seeds", arguments->seeds,
                    "Run so many times, each with another book of place codes, into OUT/seed-1, OUT/seed-2 ...")
       ->check(CLI::Range(1, 1000));

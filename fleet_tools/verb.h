@@ -17,5 +17,6 @@ void addMatchesVerb(CLI::App& app, int& exit_code);
 void addMergesVerb(CLI::App& app, int& exit_code);
 void addSplitVerb(CLI::App& app, int& exit_code);
 void addForgetVerb(CLI::App& app, int& exit_code);
+void addKeysVerb(CLI::App& app, int& exit_code);
 
 }  // namespace comap

@@ -20,7 +20,7 @@ namespace {
 volatile sig_atomic_t g_stop = 0;
 
 struct Arguments {
-  std::string config, store, device, site, interface_address, report;
+  std::string config, store, device, site, interface_address, keys, report;
   int domain = -1;
   bool insecure = false, list_devices = false, print_config = false, check_config = false;
 };
@@ -51,8 +51,10 @@ Result<CoreConfig> configure(const Arguments& arguments) {
   if (!arguments.site.empty()) config.link.site = arguments.site;
   if (!arguments.interface_address.empty()) config.link.interface_address = arguments.interface_address;
   if (arguments.domain >= 0) config.link.domain = arguments.domain;
+  if (!arguments.keys.empty()) config.link.keys = arguments.keys;
   config.link.insecure = config.link.insecure || arguments.insecure;
   config.link.role = LinkRole::kCore;
+  config.link.notice = [](const std::string& line) { std::fprintf(stderr, "%s\n", line.c_str()); };
   return config;
 }
 
@@ -60,6 +62,7 @@ Result<CoreConfig> configure(const Arguments& arguments) {
 Result<void> checkAlone(DdsLinkOptions options) {
   constexpr std::chrono::milliseconds kListen(1500), kStep(20);
   options.role = LinkRole::kObserver;
+  options.notice = nullptr;  // the core itself tells
   auto observer = connectDds(options);
   if (!observer) return observer.error();
   for (auto waited = std::chrono::milliseconds(0); waited < kListen; waited += kStep) {
@@ -134,6 +137,7 @@ int main(int argc, char** argv) {
   app.add_option("--core-site", arguments.site, "Site whose robots are served");
   app.add_option("--domain", arguments.domain, "DDS domain")->check(CLI::Range(0, 230));
   app.add_option("--interface", arguments.interface_address, "Network interface to use: its IPv4 address, or its name");
+  app.add_option("--keys", arguments.keys, "Folder of this program's keys, made by fleet keys: messages are encrypted");
   app.add_flag("--insecure", arguments.insecure, "Allow clear text on an interface other than loopback");
   app.add_option("--report", arguments.report, "Write what was done to this JSON file at the end");
   app.add_flag("--list-devices", arguments.list_devices, "Print the Vulkan devices, usable or why not, and stop");

@@ -19,6 +19,7 @@ Result<CoreConfig> readCoreConfig(const std::string& path) {
   link.read("site", config.link.site);
   link.read("interface_address", config.link.interface_address);
   link.read("profile", config.link.profile, {"auto", "local", "lan", "wan"});
+  link.read("keys", config.link.keys);
   link.read("insecure", config.link.insecure);
 
   ConfigReader fusion = reader->section("fusion");
@@ -70,6 +71,7 @@ link:
   site: "{}"             # robots of this site are served
   interface_address: "{}"  # the one network interface to use: its IPv4 address, or its name
   profile: {}          # local: this machine; lan: small datagrams; wan: no multicast; auto: local on 127.*, else lan
+  keys: "{}"             # folder made by fleet keys: messages are encrypted; empty: clear text
   insecure: {}         # true: clear text on an interface other than loopback
 fusion:
   depth_min_m: {}
@@ -96,8 +98,8 @@ tiles:
   every_keyframes: {}    # renewed after so many, and when the core is idle
   spacing_m: {}          # level of detail that goes to robots
 )",
-      c.store, c.device, c.link.domain, c.link.site, c.link.interface_address, c.link.profile, c.link.insecure,
-      m.fusion.depth_min_m, m.fusion.depth_max_m, m.fusion.stable_confidence, m.fusion.averaging_limit,
+      c.store, c.device, c.link.domain, c.link.site, c.link.interface_address, c.link.profile, c.link.keys,
+      c.link.insecure, m.fusion.depth_min_m, m.fusion.depth_max_m, m.fusion.stable_confidence, m.fusion.averaging_limit,
       m.search.candidates, m.search.loop_candidates, m.search.max_dissimilarity, m.verifier.inlier_ratio,
       m.verifier.overlap, m.verifier.rms_sigma, m.verifier.degeneracy, m.verifier.photometric_median,
       m.verifier.seen_through, m.verifier.unlike, m.verifier.features, m.vote.needed, m.probation.witnesses,

@@ -24,6 +24,7 @@
 #include "protocol/link/own_samples_filter.h"
 #include "protocol/link/qos.h"
 #include "protocol/link/roaming_link.h"
+#include "protocol/link/security.h"
 #include "protocol/link/topics.h"
 #include "protocol/types/ids.h"
 
@@ -64,7 +65,9 @@ class Bell {
 class Inlet : public dds::DataReaderListener {
  public:
   /// `only_for`: the robot whose samples are taken, besides those to all; empty: everyone's.
-  Inlet(Topic topic, std::string only_for, Bell& bell) : topic_(topic), only_for_(std::move(only_for)), bell_(bell) {}
+  Inlet(Topic topic, std::string only_for, Bell& bell,
+        std::function<bool(const Octets&, const dds::SampleInfo&)> genuine)
+      : topic_(topic), only_for_(std::move(only_for)), bell_(bell), genuine_(std::move(genuine)) {}
 
   void on_data_available(dds::DataReader*) override {
     maybe_more_ = true;
@@ -98,7 +101,7 @@ class Inlet : public dds::DataReaderListener {
     if (reader_->take_next_instance(samples, infos, 1, previous) != ReturnCode_t::RETCODE_OK) return false;
     if (infos.length() == 1) {
       last_robot_ = infos[0].instance_handle;
-      if (infos[0].valid_data && !samples[0].damaged && isForUs(samples[0].robot)) {
+      if (infos[0].valid_data && !samples[0].damaged && isForUs(samples[0].robot) && genuine_(samples[0], infos[0])) {
         head_ = Delivery{topic_, std::move(samples[0].robot), std::move(samples[0].payload)};
         head_time_ = infos[0].reception_timestamp;
       }
@@ -112,6 +115,7 @@ class Inlet : public dds::DataReaderListener {
   const Topic topic_;
   const std::string only_for_;
   Bell& bell_;
+  const std::function<bool(const Octets&, const dds::SampleInfo&)> genuine_;
   dds::DataReader* reader_ = nullptr;
   std::atomic<bool> maybe_more_ = true;
   dds::InstanceHandle_t last_robot_ = dds::HANDLE_NIL;
@@ -121,7 +125,7 @@ class Inlet : public dds::DataReaderListener {
 
 class DdsLink : public Link {
  public:
-  explicit DdsLink(DdsLinkOptions options) : options_(std::move(options)) {}
+  explicit DdsLink(DdsLinkOptions options) : options_(std::move(options)), authorship_(options_), joins_(options_) {}
   ~DdsLink() override;
   Result<void> open();
 
@@ -132,6 +136,7 @@ class DdsLink : public Link {
  private:
   Result<void> openWriter(Topic topic, dds::Topic* dds_topic);
   Result<void> openReader(Topic topic, dds::Topic* dds_topic);
+  bool isGenuine(Topic topic, const Octets& sample, const dds::SampleInfo& info);
   Inlet* oldestHead();
   int readersOf(Topic topic) const;
   int writersOf(Topic topic) const;
@@ -141,6 +146,9 @@ class DdsLink : public Link {
   }
 
   const DdsLinkOptions options_;
+  const Authorship authorship_;
+  JoinWatch joins_;
+  bool told_of_impostor_ = false;
   OwnSamplesFilterFactory filters_;
   Bell bell_;
   dds::DomainParticipant* participant_ = nullptr;
@@ -152,6 +160,7 @@ class DdsLink : public Link {
 
 DdsLink::~DdsLink() {
   if (participant_ == nullptr) return;
+  participant_->set_listener(nullptr);
   // Listeners first: after this no callback runs into members that go.
   for (auto& [topic, inlet] : inlets_) {
     if (inlet->reader() != nullptr) inlet->reader()->set_listener(nullptr);
@@ -175,8 +184,12 @@ Result<void> DdsLink::open() {
   switchOffShortCuts();
   const std::string name = "comap/" + roleName(options_.role) + (options_.robot.empty() ? "" : "/" + options_.robot);
   participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
-      static_cast<uint32_t>(options_.domain), participantQos(name, options_));
-  if (participant_ == nullptr) return unreachable("joining (are its ports taken?)");
+      static_cast<uint32_t>(options_.domain), participantQos(name, options_), &joins_, dds::StatusMask::none());
+  if (participant_ == nullptr) {
+    return unreachable(options_.keys.empty() ? "joining (are its ports taken?)"
+                                             : "joining with link.keys '" + options_.keys +
+                                                   "' (are its ports taken? 'fleet keys show' checks the keys)");
+  }
   const dds::TypeSupport type(new OctetsType);
   if (participant_->register_type(type) != ReturnCode_t::RETCODE_OK) return unreachable("registering the type");
   if (participant_->register_content_filter_factory(kOwnSamplesFilter, &filters_) != ReturnCode_t::RETCODE_OK) {
@@ -216,8 +229,9 @@ Result<void> DdsLink::openReader(Topic topic, dds::Topic* dds_topic) {
                                                        kOwnSamplesFilter);
     if (source == nullptr) return unreachable("filtering topic " + topicName(topic));
   }
-  auto& inlet = inlets_[topic] =
-      std::make_unique<Inlet>(topic, options_.role == LinkRole::kRobot ? options_.robot : "", bell_);
+  auto& inlet = inlets_[topic] = std::make_unique<Inlet>(
+      topic, options_.role == LinkRole::kRobot ? options_.robot : "", bell_,
+      [this, topic](const Octets& sample, const dds::SampleInfo& info) { return isGenuine(topic, sample, info); });
   // Created without listener: the first callback may come before create_datareader has returned.
   inlet->setReader(subscriber_->create_datareader(source, readerQos(topic)));
   if (inlet->reader() == nullptr) return unreachable("creating the reader of " + topicName(topic));
@@ -238,6 +252,19 @@ Result<void> DdsLink::publish(Topic topic, const std::string& robot, std::span<c
                                               " ms by " + std::to_string(readersOf(topic)) + " readers"};
   }
   return Error{ErrorCode::kUnreachable, what + "refused by DDS with code " + std::to_string(code())};
+}
+
+// What a core writes, only a core has leave to; what a robot writes, each robot has, but in its own name alone.
+bool DdsLink::isGenuine(Topic topic, const Octets& sample, const dds::SampleInfo& info) {
+  if (!writes(LinkRole::kRobot, topic)) return true;
+  const auto writer = eprosima::fastrtps::rtps::iHandle2GUID(info.publication_handle);
+  if (authorship_.isOf(writer.guidPrefix, sample.robot)) return true;
+  if (!told_of_impostor_ && options_.notice) {
+    options_.notice(topicName(topic) + " in the name of robot '" + sample.robot +
+                    "' from a participant whose certificate is not that robot's: passed over");
+  }
+  told_of_impostor_ = true;
+  return false;
 }
 
 Inlet* DdsLink::oldestHead() {
@@ -333,10 +360,13 @@ Result<std::unique_ptr<Link>> connectDds(const DdsLinkOptions& options) {
     return Error{ErrorCode::kUnreachable, "link.interface_address '" + options.interface_address +
                                               "' is no IPv4 address or network interface of this machine"};
   }
-  if (!options.insecure && options.interface_address.rfind("127.", 0) != 0)
-    return Error{ErrorCode::kWrongUse, "link.interface_address '" + options.interface_address +
-                                           "' leaves this machine and messages are not encrypted: if that network is "
-                                           "trusted, say so with --insecure or link.insecure: true"};
+  if (options.keys.empty() && !options.insecure && options.interface_address.rfind("127.", 0) != 0)
+    return Error{ErrorCode::kWrongUse,
+                 "link.interface_address '" + options.interface_address +
+                     "' leaves this machine and messages are not encrypted: make keys with 'fleet keys' and give them "
+                     "with --keys or link.keys; or, if that network is trusted, say so with --insecure or "
+                     "link.insecure: true"};
+  if (auto checked = checkKeys(options); !checked) return checked.error();
   if (!by_name) return openOn(options, options.interface_address);
   auto roaming = std::make_unique<RoamingLink>(
       options.interface_address, [options](const std::string& address) { return openOn(options, address); });

@@ -1,6 +1,7 @@
 // The wire over DDS: comap's topics on one domain, in the partition of one site.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -23,15 +24,20 @@ struct DdsLinkOptions {
   std::string profile = "auto";
   std::string core_address = {};  ///< wan, robots and observers: IPv4 address of the core
   int max_blocking_ms = 10000;    ///< that publish waits for room among keyframes that nobody takes
-  /// Messages are not encrypted: another interface than 127.* needs this word that the network is trusted.
+  /// Folder of this participant's keys, as `fleet keys` makes it; messages are then encrypted and each is from whom it
+  /// says. Empty: clear text.
+  std::string keys = {};
+  /// Without keys, another interface than 127.* needs this word that the network is trusted.
   bool insecure = false;
+  /// Told, from other threads, what is worth a log line: who was not let in, and why.
+  std::function<void(const std::string&)> notice = {};
 };
 
-/// kWrongUse for options out of range, kUnreachable if the interface is not there or the domain's ports are taken.
-/// With the name of an interface that has no address yet, the link is there and has no peers.
-/// publish blocks up to max_blocking_ms while a keyframe reader takes nothing, then kUnreachable. Messages wait in DDS
-/// until receive takes them, so a reader that stops stops its writers and does not grow. Closing takes well under a
-/// second.
+/// kWrongUse for options out of range, kBadData for keys that will not do (in a sentence), kUnreachable if the
+/// interface is not there or the domain's ports are taken. With the name of an interface that has no address yet, the
+/// link is there and has no peers. publish blocks up to max_blocking_ms while a keyframe reader takes nothing, then
+/// kUnreachable. Messages wait in DDS until receive takes them, so a reader that stops stops its writers and does not
+/// grow. Closing takes well under a second.
 Result<std::unique_ptr<Link>> connectDds(const DdsLinkOptions& options);
 
 }  // namespace comap

@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "protocol/link/security.h"
 #include "protocol/link/topics.h"
 
 namespace comap {
@@ -90,6 +91,7 @@ dds::DomainParticipantQos participantQos(const std::string& name, const DdsLinkO
     builtin.metatrafficUnicastLocatorList.push_back(own);
     builtin.initialPeersList.push_back(peer);
   }
+  secure(options, qos);
   return qos;
 }
 

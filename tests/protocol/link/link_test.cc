@@ -10,6 +10,7 @@
 
 #include "protocol/link/dds_link.h"
 #include "protocol/link/loopback_link.h"
+#include "tests/protocol/link/site_keys.h"
 
 namespace comap {
 namespace {
@@ -29,6 +30,21 @@ Connect ddsConnect() {
       return nullptr;
     }
     return std::move(*link);
+  };
+}
+
+// The same with keys: nothing else may change.
+Connect keyedDdsConnect() {
+  static int count = 0;
+  const std::string site = "keyed-" + std::to_string(++count);
+  return [site, keys = std::make_shared<SiteKeys>(site)](LinkRole role, const std::string& robot) {
+    DdsLinkOptions options{100 + getpid() % 121, site, role, robot, "127.0.0.1"};
+    options.keys = role == LinkRole::kRobot  ? keys->of(KeyRole::kRobot, robot)
+                   : role == LinkRole::kCore ? keys->of(KeyRole::kCore, "core")
+                                             : keys->of(KeyRole::kTool, "tool");
+    auto link = connectDds(options);
+    if (!link) ADD_FAILURE() << link.error().text;
+    return link ? std::move(*link) : nullptr;
   };
 }
 
@@ -263,7 +279,9 @@ TEST_P(EveryLink, PeersComeAndGo) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Wires, EveryLink, testing::Values(Wire{"Loopback", loopbackConnect}, Wire{"Dds", ddsConnect}),
+INSTANTIATE_TEST_SUITE_P(Wires, EveryLink,
+                         testing::Values(Wire{"Loopback", loopbackConnect}, Wire{"Dds", ddsConnect},
+                                         Wire{"KeyedDds", keyedDdsConnect}),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
 }  // namespace

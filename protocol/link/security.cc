@@ -1,0 +1,108 @@
+#include "protocol/link/security.h"
+
+#include <fastdds/rtps/builtin/data/ParticipantProxyData.h>
+#include <fastdds/rtps/participant/ParticipantDiscoveryInfo.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "protocol/keys/credentials.h"
+
+namespace comap {
+namespace {
+
+namespace rtps = eprosima::fastrtps::rtps;
+
+const char* const kMakeKeys = ": 'fleet keys' makes such folders";
+
+KeyRole keyRoleOf(LinkRole role) {
+  return role == LinkRole::kRobot ? KeyRole::kRobot : role == LinkRole::kCore ? KeyRole::kCore : KeyRole::kTool;
+}
+
+}  // namespace
+
+Result<void> checkKeys(const DdsLinkOptions& options) {
+  if (options.keys.empty()) return {};
+  const std::string where = "link.keys '" + options.keys + "'";
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(options.keys, ignored))
+    return Error{ErrorCode::kUnreachable, where + " is no folder that can be read" + kMakeKeys};
+  const auto owner = checkCredentials(credentialsIn(options.keys), std::time(nullptr));
+  if (!owner) return Error{owner.error().code, "link.keys: " + owner.error().text};
+  const bool core_looks_round = options.role == LinkRole::kObserver && owner->role == KeyRole::kCore;
+  if (owner->role != keyRoleOf(options.role) && !core_looks_round)
+    return Error{ErrorCode::kWrongUse,
+                 where + " is of " + describe(*owner) + ", this is a " + keyRoleName(keyRoleOf(options.role))};
+  if (options.role == LinkRole::kRobot && owner->name != options.robot)
+    return Error{ErrorCode::kWrongUse,
+                 where + " is of " + describe(*owner) + ", this robot is '" + options.robot + "'"};
+  if (owner->site != options.site)
+    return Error{ErrorCode::kWrongUse,
+                 where + " is of " + describe(*owner) + ", but link.site is '" + options.site + "'"};
+  return {};
+}
+
+void secure(const DdsLinkOptions& options, eprosima::fastdds::dds::DomainParticipantQos& qos) {
+  if (options.keys.empty()) return;
+  const Credentials files = credentialsIn(std::filesystem::absolute(options.keys).string());
+  auto& properties = qos.properties().properties();
+  const auto set = [&](const char* name, const std::string& value) { properties.emplace_back(name, value); };
+  const auto setFile = [&](const char* name, const std::string& path) { set(name, "file://" + path); };
+  set("dds.sec.auth.plugin", "builtin.PKI-DH");
+  setFile("dds.sec.auth.builtin.PKI-DH.identity_ca", files.authority);
+  setFile("dds.sec.auth.builtin.PKI-DH.identity_certificate", files.certificate);
+  setFile("dds.sec.auth.builtin.PKI-DH.identity_crl", files.revoked);
+  setFile("dds.sec.auth.builtin.PKI-DH.private_key", files.key);
+  set("dds.sec.access.plugin", "builtin.Access-Permissions");
+  setFile("dds.sec.access.builtin.Access-Permissions.permissions_ca", files.authority);
+  setFile("dds.sec.access.builtin.Access-Permissions.governance", files.governance);
+  setFile("dds.sec.access.builtin.Access-Permissions.permissions", files.permissions);
+  set("dds.sec.crypto.plugin", "builtin.AES-GCM-GMAC");
+}
+
+bool Authorship::isOf(const rtps::GuidPrefix_t& writer, const std::string& robot) const {
+  if (!secured_) return true;
+  const auto start = guidStart({site_, KeyRole::kRobot, robot});
+  return std::equal(start.begin(), start.end(), std::begin(writer.value));
+}
+
+JoinWatch::JoinWatch(const DdsLinkOptions& options)
+    : secured_(!options.keys.empty()),
+      authority_(secured_ ? announcedAuthority(credentialsIn(options.keys)) : ""),
+      notice_(options.notice) {}
+
+void JoinWatch::onParticipantAuthentication(eprosima::fastdds::dds::DomainParticipant*,
+                                            rtps::ParticipantAuthenticationInfo&& info) {
+  if (info.status != rtps::ParticipantAuthenticationInfo::UNAUTHORIZED_PARTICIPANT) return;
+  tellOnce(
+      info.guid.guidPrefix,
+      "a participant with keys was not let in: its certificate is revoked, expired or of another authority, or its "
+      "permissions were changed ('fleet keys show' tells on its machine; is the clock of this one right?)");
+}
+
+void JoinWatch::on_participant_discovery(eprosima::fastdds::dds::DomainParticipant*,
+                                         rtps::ParticipantDiscoveryInfo&& info) {
+  if (info.status != rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT) return;
+  const std::string name = info.info.m_participantName.to_string();
+  if (!name.starts_with("comap/")) return;  // other programs may share the domain
+  const bool peer_secured = info.info.security_attributes_ != 0;
+  const auto& who = info.info.m_guid.guidPrefix;
+  if (peer_secured != secured_) {
+    tellOnce(who, secured_ ? name + " has no keys (link.keys) and was not let in"
+                           : name + " wants keys and this program has none: give link.keys");
+    return;
+  }
+  const std::string* authority = rtps::DataHolderHelper::find_property_value(info.info.identity_token_, "dds.ca.sn");
+  if (secured_ && authority != nullptr && *authority != authority_)
+    tellOnce(who, name + " has keys of another authority and was not let in: make its keys with this site's");
+}
+
+void JoinWatch::tellOnce(const rtps::GuidPrefix_t& who, const std::string& text) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!told_.insert(who).second) return;
+  }
+  if (notice_) notice_(text);
+}
+
+}  // namespace comap

@@ -1,0 +1,53 @@
+// A link with keys (DDS Security): who may join, and whether a message comes from whom it says. Inside the link only.
+#pragma once
+
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
+#include <fastdds/rtps/common/GuidPrefix_t.hpp>
+#include <functional>
+#include <mutex>
+#include <set>
+#include <string>
+
+#include "protocol/link/dds_link.h"
+
+namespace comap {
+
+/// Checks options.keys, if any, and whether they are for this role, robot and site. Errors say what to check.
+Result<void> checkKeys(const DdsLinkOptions& options);
+
+/// Without keys the QoS stays as it is.
+void secure(const DdsLinkOptions& options, eprosima::fastdds::dds::DomainParticipantQos& qos);
+
+/// Whether a participant with this GUID may have written in the name of `robot`: with keys, only who has authenticated
+/// itself as that robot; without keys, anyone.
+class Authorship {
+ public:
+  explicit Authorship(const DdsLinkOptions& options) : site_(options.site), secured_(!options.keys.empty()) {}
+  bool isOf(const eprosima::fastrtps::rtps::GuidPrefix_t& writer, const std::string& robot) const;
+
+ private:
+  const std::string site_;
+  const bool secured_;
+};
+
+/// Tells each participant that is not let in, or will not let us in, once. Called from DDS's threads.
+class JoinWatch : public eprosima::fastdds::dds::DomainParticipantListener {
+ public:
+  explicit JoinWatch(const DdsLinkOptions& options);
+  void onParticipantAuthentication(eprosima::fastdds::dds::DomainParticipant*,
+                                   eprosima::fastrtps::rtps::ParticipantAuthenticationInfo&& info) override;
+  void on_participant_discovery(eprosima::fastdds::dds::DomainParticipant*,
+                                eprosima::fastrtps::rtps::ParticipantDiscoveryInfo&& info) override;
+
+ private:
+  void tellOnce(const eprosima::fastrtps::rtps::GuidPrefix_t& who, const std::string& text);
+
+  const bool secured_;
+  const std::string authority_;  // as it is announced
+  const std::function<void(const std::string&)> notice_;
+  std::mutex mutex_;
+  std::set<eprosima::fastrtps::rtps::GuidPrefix_t> told_;
+};
+
+}  // namespace comap

@@ -1,0 +1,115 @@
+// The folder of a site's keys: what is made, what is never made over, and what revoking leaves.
+#include "fleet_tools/keys_folder.h"
+
+#include <gmock/gmock.h>
+#include <sys/stat.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "tests/protocol/link/site_keys.h"
+
+namespace comap {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+std::string contentOf(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+unsigned modeOf(const std::string& path) {
+  struct stat status {};
+  EXPECT_EQ(stat(path.c_str(), &status), 0) << path;
+  return status.st_mode & 0777;
+}
+
+TEST(KeysFolder, WhatIsMadeWillDo) {
+  SiteKeys keys("flat");
+  EXPECT_EQ(*siteOfKeys(keys.path()), "flat");
+  for (const auto& [role, name] :
+       {std::pair(KeyRole::kCore, std::string("core")), std::pair(KeyRole::kRobot, std::string("a")),
+        std::pair(KeyRole::kTool, std::string("eye"))}) {
+    const auto owner = checkCredentials(credentialsIn(keys.of(role, name)), std::time(nullptr));
+    ASSERT_TRUE(owner) << owner.error().text;
+    EXPECT_EQ(owner->role, role);
+    EXPECT_EQ(owner->name, name);
+    EXPECT_EQ(owner->site, "flat");
+  }
+  EXPECT_THAT(*participantsIn(keys.path()), ElementsAre("a", "core", "eye"));
+}
+
+TEST(KeysFolder, PrivateKeysAreTheirOwnersAlone) {
+  SiteKeys keys("flat");
+  const std::string robot = keys.of(KeyRole::kRobot, "a");
+  for (const std::string& key : {robot + "/key.pem", keys.path() + "/authority/key.pem"}) {
+    EXPECT_EQ(modeOf(key), 0600u) << key;
+    EXPECT_THAT(contentOf(key), HasSubstr("PRIVATE KEY"));
+  }
+  EXPECT_EQ(modeOf(robot), 0700u);
+  for (const auto& entry : fs::directory_iterator(robot))
+    EXPECT_EQ(contentOf(entry.path()).find("PRIVATE KEY") != std::string::npos, entry.path().filename() == "key.pem")
+        << entry.path();
+}
+
+TEST(KeysFolder, NothingIsMadeOver) {
+  SiteKeys keys("flat");
+  const std::string key = keys.of(KeyRole::kRobot, "a") + "/key.pem", before = contentOf(key);
+  const auto again = addParticipant(keys.path(), KeyRole::kRobot, "a", validDays(0, 1));
+  ASSERT_FALSE(again);
+  EXPECT_EQ(again.error().code, ErrorCode::kWrongUse);
+  EXPECT_THAT(again.error().text, HasSubstr("never overwritten"));
+  EXPECT_FALSE(addParticipant(keys.path(), KeyRole::kTool, "a", validDays(0, 1))) << "one name, one key";
+  EXPECT_EQ(contentOf(key), before);
+  const std::string authority = contentOf(keys.path() + "/authority/key.pem");
+  const auto init = makeKeysFolder(keys.path(), "flat", validDays(0, 1));
+  ASSERT_FALSE(init);
+  EXPECT_THAT(init.error().text, HasSubstr("not empty"));
+  EXPECT_EQ(contentOf(keys.path() + "/authority/key.pem"), authority);
+}
+
+TEST(KeysFolder, RefusesNamesThatAreNone) {
+  SiteKeys keys("flat");
+  for (const char* name : {"", "..", "A", "a/b", "authority", "revoked"}) {
+    const auto added = addParticipant(keys.path(), KeyRole::kRobot, name, validDays(0, 1));
+    ASSERT_FALSE(added) << name;
+    EXPECT_EQ(added.error().code, ErrorCode::kWrongUse);
+    EXPECT_FALSE(revokeParticipant(keys.path(), name)) << name;
+  }
+  const auto none = addParticipant(keys.path() + "/nowhere", KeyRole::kRobot, "a", validDays(0, 1));
+  ASSERT_FALSE(none);
+  EXPECT_THAT(none.error().text, HasSubstr("'fleet keys init'"));
+}
+
+TEST(KeysFolder, RevokingCountsEverywhereAndFreesTheName) {
+  SiteKeys keys("flat");
+  const std::string core = keys.of(KeyRole::kCore, "core"),
+                    first = contentOf(keys.of(KeyRole::kRobot, "a") + "/certificate.pem");
+  keys.of(KeyRole::kRobot, "b");
+  const auto others = revokeParticipant(keys.path(), "a");
+  ASSERT_TRUE(others) << others.error().text;
+  EXPECT_THAT(*others, ElementsAre(keys.path() + "/b", keys.path() + "/core"));
+  EXPECT_FALSE(revokeParticipant(keys.path(), "a")) << "twice";
+  // The old certificate, against the list that the core now has.
+  const auto names = participantsIn(keys.path());
+  ASSERT_EQ(names->size(), 3u);
+  Credentials old = credentialsIn(keys.path() + "/" + names->back());
+  EXPECT_EQ(contentOf(old.certificate), first);
+  old.revoked = core + "/revoked.pem";
+  EXPECT_THAT(factsOf(old, std::time(nullptr))->refusal, HasSubstr("revoked"));
+  // A new one of the same name counts, and the others still do.
+  keys.of(KeyRole::kRobot, "a");
+  for (const char* name : {"a", "b", "core"})
+    EXPECT_TRUE(checkCredentials(credentialsIn(keys.path() + "/" + name), std::time(nullptr))) << name;
+  // Both stay revoked once a second one is.
+  ASSERT_TRUE(revokeParticipant(keys.path(), "a"));
+  EXPECT_THAT(factsOf(old, std::time(nullptr))->refusal, HasSubstr("revoked"));
+}
+
+}  // namespace
+}  // namespace comap
