@@ -183,6 +183,7 @@ void switchOffShortCuts() {
 Result<void> DdsLink::open() {
   switchOffShortCuts();
   const std::string name = "comap/" + roleName(options_.role) + (options_.robot.empty() ? "" : "/" + options_.robot);
+  const HandshakeRoom room(options_);
   participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
       static_cast<uint32_t>(options_.domain), participantQos(name, options_), &joins_, dds::StatusMask::none());
   if (participant_ == nullptr) {

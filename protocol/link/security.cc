@@ -2,8 +2,11 @@
 
 #include <fastdds/rtps/builtin/data/ParticipantProxyData.h>
 #include <fastdds/rtps/participant/ParticipantDiscoveryInfo.h>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 
 #include <algorithm>
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <filesystem>
 
 #include "protocol/keys/credentials.h"
@@ -11,7 +14,10 @@
 namespace comap {
 namespace {
 
+namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
+
+constexpr uint32_t kHandshakeBytes = 16384;
 
 const char* const kMakeKeys = ": 'fleet keys' makes such folders";
 
@@ -58,6 +64,24 @@ void secure(const DdsLinkOptions& options, eprosima::fastdds::dds::DomainPartici
   setFile("dds.sec.access.builtin.Access-Permissions.governance", files.governance);
   setFile("dds.sec.access.builtin.Access-Permissions.permissions", files.permissions);
   set("dds.sec.crypto.plugin", "builtin.AES-GCM-GMAC");
+}
+
+HandshakeRoom::HandshakeRoom(const DdsLinkOptions& options) {
+  if (options.keys.empty()) return;
+  dds::DomainParticipantQos qos;
+  auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+  udp->interfaceWhiteList.push_back(options.interface_address);
+  udp->maxMessageSize = kHandshakeBytes;
+  qos.transport().use_builtin_transports = false;
+  qos.transport().user_transports.push_back(udp);
+  qos.wire_protocol().builtin.discovery_config.discoveryProtocol = rtps::DiscoveryProtocol_t::NONE;
+  secure(options, qos);
+  participant_ =
+      dds::DomainParticipantFactory::get_instance()->create_participant(static_cast<uint32_t>(options.domain), qos);
+}
+
+HandshakeRoom::~HandshakeRoom() {
+  if (participant_ != nullptr) dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
 }
 
 bool Authorship::isOf(const rtps::GuidPrefix_t& writer, const std::string& robot) const {

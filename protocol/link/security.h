@@ -19,6 +19,21 @@ Result<void> checkKeys(const DdsLinkOptions& options);
 /// Without keys the QoS stays as it is.
 void secure(const DdsLinkOptions& options, eprosima::fastdds::dds::DomainParticipantQos& qos);
 
+/// Room for the handshake in which participants show their certificates and permissions (3.5 kB): Fast DDS 2.9 takes
+/// its buffers in the size of a datagram and fails to write what fills one exactly, so on links with small datagrams
+/// nobody would ever be let in. Participants of a process share these buffers, and the first one gives their size: one
+/// that talks to nobody makes them large. To be held while the participant is created.
+class HandshakeRoom {
+ public:
+  explicit HandshakeRoom(const DdsLinkOptions& options);
+  ~HandshakeRoom();
+  HandshakeRoom(const HandshakeRoom&) = delete;
+  HandshakeRoom& operator=(const HandshakeRoom&) = delete;
+
+ private:
+  eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
+};
+
 /// Whether a participant with this GUID may have written in the name of `robot`: with keys, only who has authenticated
 /// itself as that robot; without keys, anyone.
 class Authorship {
