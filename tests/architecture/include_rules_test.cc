@@ -44,6 +44,7 @@ TEST(IncludeRules, plantedViolationsAreFound) {
       {"protocol/session/a.cc", "<fastdds/dds/domain/DomainParticipant.hpp>"},
       {"edge_agent/uplink/a.cc", "<fastrtps/types/TypesBase.h>"},
       {"mapping_core/tiles/a.cc", "<vulkan/vulkan.h>"},
+      {"protocol/link/a.cc", "<openssl/evp.h>"},
       {"fleet_tools/a.cc", "\"volk.h\""},
       {"protocol/codec/a.cc", "\"mapping_core/ferns/fern_book.h\""},
       {"protocol/link/a.h", "\"edge_agent/agent.h\""},
