@@ -1,0 +1,86 @@
+// Keys as people use them: made by fleet, given to the programs.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "tests/end_to_end/flat_test.h"
+
+namespace comap {
+namespace {
+
+using Json = nlohmann::json;
+
+class Keys : public FlatTest {
+ protected:
+  void SetUp() override {
+    FlatTest::SetUp();
+    if (IsSkipped()) return;
+    keys_ = folder_.path("keys");
+    run("fleet keys init " + keys_ + " --site flat");
+    for (const char* add : {"add-core KEYS", "add-robot KEYS a", "add-robot KEYS b", "add-tool KEYS"}) {
+      std::string command = std::string("fleet keys ") + add;
+      run(command.replace(command.find("KEYS"), 4, keys_));
+    }
+  }
+  static void run(const std::string& command) {
+    const ProgramRun done = runProgram(command);
+    ASSERT_EQ(done.exit_code, 0) << command << ": " << done.err;
+  }
+  static void expectRefusal(const std::string& command, int exit_code, const std::string& text) {
+    const ProgramRun done = runProgram(command);
+    EXPECT_EQ(done.exit_code, exit_code) << command << ": " << done.err;
+    EXPECT_NE(done.err.find(text), std::string::npos) << command << ": " << done.err;
+  }
+
+  std::string keys_;
+};
+
+TEST_F(Keys, AFleetWithKeysMakesOneMap) {
+  const std::string out = folder_.path("run");
+  const ProgramRun done = runProgram("fleet replay --json --keys " + keys_ + " --robot a=" + flat_ +
+                                     "/a --robot b=" + flat_ + "/b --out " + out);
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const Json report = Json::parse(done.out);
+  ASSERT_EQ(report.at("maps").size(), 1u) << report.dump(2);
+  for (const auto& [name, robot] : report.at("robots").items()) {
+    EXPECT_EQ(robot.at("keyframes_lost"), 0) << name;
+    EXPECT_GT(robot.at("tiles_held").get<int>(), 5) << name;
+  }
+  EXPECT_NE(contentOf(out + "/logs/core.log").find("site flat"), std::string::npos);
+}
+
+TEST_F(Keys, MissingOrWrongOnesEndTheProgramsWithASentence) {
+  const std::string agent = "edge_agent --source tum:" + flat_ + "/a --outbox memory --core-site flat ";
+  expectRefusal(agent + "--robot c --keys " + keys_ + "/c", 3, "is no folder that can be read: 'fleet keys'");
+  expectRefusal(agent + "--robot b --keys " + keys_ + "/a", 2, "is of robot 'a' of site 'flat', this robot is 'b'");
+  expectRefusal("mapping_core --core-site flat --store " + folder_.path("x.comap") + " --keys " + keys_ + "/a", 2,
+                "this is a ");
+  expectRefusal(
+      "fleet replay --link loopback --keys " + keys_ + " --robot a=" + flat_ + "/a --out " + folder_.path("r"), 2,
+      "loopback has no wire");
+  expectRefusal("fleet replay --keys " + keys_ + " --robot c=" + flat_ + "/a@0:5 --out " + folder_.path("r"), 3,
+                "keys/c");
+}
+
+TEST_F(Keys, ShowAndRevokeTellWhatCounts) {
+  ProgramRun shown = runProgram("fleet keys show " + keys_);
+  EXPECT_EQ(shown.exit_code, 0) << shown.err;
+  for (const char* text : {"robot 'a' of site 'flat', valid from 20", "core 'core'", "tool 'tool'"})
+    EXPECT_NE(shown.out.find(text), std::string::npos) << shown.out;
+  expectRefusal("fleet keys add-robot " + keys_ + " a", 2, "never overwritten");
+  expectRefusal("fleet keys init " + keys_ + " --site flat", 2, "not empty");
+  expectRefusal("fleet keys add-robot " + folder_.path("nowhere") + " a", 3, "'fleet keys init'");
+
+  const ProgramRun revoked = runProgram("fleet keys revoke " + keys_ + " a");
+  EXPECT_EQ(revoked.exit_code, 0) << revoked.err;
+  EXPECT_NE(revoked.out.find(keys_ + "/core/revoked.pem"), std::string::npos) << revoked.out;
+  shown = runProgram("fleet keys show " + keys_);
+  EXPECT_EQ(shown.exit_code, 0) << "what is revoked is as it should be: " << shown.err;
+  EXPECT_NE(shown.out.find("revoked, says"), std::string::npos) << shown.out;
+  std::filesystem::remove(keys_ + "/core/permissions.p7s");
+  EXPECT_EQ(runProgram("fleet keys show " + keys_).exit_code, 1);
+}
+
+}  // namespace
+}  // namespace comap
