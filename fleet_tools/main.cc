@@ -19,6 +19,8 @@ void addVerbs(CLI::App& app, int& exit_code) {
   comap::addSplitVerb(app, exit_code);
   comap::addForgetVerb(app, exit_code);
   comap::addKeysVerb(app, exit_code);
+  comap::addDoctorVerb(app, exit_code);
+  comap::addRecoverVerb(app, exit_code);
 }
 
 }  // namespace

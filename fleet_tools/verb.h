@@ -18,5 +18,7 @@ void addMergesVerb(CLI::App& app, int& exit_code);
 void addSplitVerb(CLI::App& app, int& exit_code);
 void addForgetVerb(CLI::App& app, int& exit_code);
 void addKeysVerb(CLI::App& app, int& exit_code);
+void addDoctorVerb(CLI::App& app, int& exit_code);
+void addRecoverVerb(CLI::App& app, int& exit_code);
 
 }  // namespace comap

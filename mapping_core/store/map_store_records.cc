@@ -1,35 +1,13 @@
 // Edges, verdicts and merges.
-#include <array>
-
 #include "mapping_core/store/map_store_state.h"
+#include "mapping_core/store/record_rows.h"
 
 namespace comap {
 namespace {
 
-#define COMAP_POSE_COLUMNS "qx, qy, qz, qw, tx, ty, tz"
-#define COMAP_INFORMATION_COLUMNS                                                              \
-  "i00, i01, i02, i03, i04, i05, i10, i11, i12, i13, i14, i15, i20, i21, i22, i23, i24, i25, " \
-  "i30, i31, i32, i33, i34, i35, i40, i41, i42, i43, i44, i45, i50, i51, i52, i53, i54, i55"
-#define COMAP_EDGE_COLUMNS                                                                                \
-  "kind, from_robot, from_session, from_sequence, to_robot, to_session, to_sequence, " COMAP_POSE_COLUMNS \
-  ", " COMAP_INFORMATION_COLUMNS ", merge, withdrawn_by"
-#define COMAP_VERDICT_COLUMNS                                                                            \
-  "query_robot, query_session, query_sequence, candidate_robot, candidate_session, candidate_sequence, " \
-  "accepted, reason, fern_dissimilarity, inlier_ratio, rms_sigma, degeneracy, photometric_median, "      \
-  "seen_through, unlike, features, round_trip_m, round_trip_rad, " COMAP_POSE_COLUMNS ", " COMAP_INFORMATION_COLUMNS
 #define COMAP_7 "?, ?, ?, ?, ?, ?, ?"
 #define COMAP_36 \
   "?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?"
-
-constexpr std::array<const char*, kEdgeKinds> kKindNames = {"odometry", "loop", "inter_robot", "covisibility"};
-
-Result<EdgeKind> kindOf(const std::string& name, const std::string& path) {
-  for (size_t i = 0; i < kKindNames.size(); ++i) {
-    if (name == kKindNames[i]) return static_cast<EdgeKind>(i);
-  }
-  return Error{ErrorCode::kBadData,
-               path + ": edge kind is '" + name + "', expected odometry, loop, inter_robot or covisibility"};
-}
 
 Result<std::vector<WithdrawnEdge>> readEdges(Database& database, const char* sql) {
   Result<Query> query = database.query(sql);
@@ -39,17 +17,9 @@ Result<std::vector<WithdrawnEdge>> readEdges(Database& database, const char* sql
     const Result<bool> row = query->step();
     if (!row) return row.error();
     if (!*row) return result;
-    WithdrawnEdge one;
-    const Result<EdgeKind> kind = kindOf(query->text(), database.path());
-    if (!kind) return kind.error();
-    one.edge.kind = *kind;
-    one.edge.from = query->keyframeId();
-    one.edge.to = query->keyframeId();
-    one.edge.T_from_to = query->pose();
-    one.edge.information = query->matrix();
-    one.edge.merge = query->unsigned32();
-    one.withdrawn_by = query->unsigned32();
-    result.push_back(std::move(one));
+    Result<WithdrawnEdge> one = edgeOf(*query, database.path());
+    if (!one) return one.error();
+    result.push_back(std::move(*one));
   }
 }
 
@@ -69,28 +39,6 @@ Result<void> addMergeLists(Database& database, const MergeRecord& merge) {
     if (Result<void> ran = query->bind(int64_t{merge.number}).bind(position++).bind(voter).run(); !ran) return ran;
   }
   return {};
-}
-
-Result<void> readMergeLists(Database& database, MergeRecord& merge) {
-  Result<Query> robots = database.query("SELECT robot FROM merge_robots WHERE merge = ? ORDER BY position");
-  if (!robots) return robots.error();
-  robots->bind(int64_t{merge.number});
-  for (;;) {
-    const Result<bool> row = robots->step();
-    if (!row) return row.error();
-    if (!*row) break;
-    merge.robots.push_back(robots->text());
-  }
-  Result<Query> voters =
-      database.query("SELECT robot, session, sequence FROM merge_voters WHERE merge = ? ORDER BY position");
-  if (!voters) return voters.error();
-  voters->bind(int64_t{merge.number});
-  for (;;) {
-    const Result<bool> row = voters->step();
-    if (!row) return row.error();
-    if (!*row) return {};
-    merge.voters.push_back(voters->keyframeId());
-  }
 }
 
 }  // namespace
@@ -113,7 +61,7 @@ Result<void> MapStore::addEdge(const Edge& edge) {
   }();
   Result<Query> query = state_->database.query(kSql.c_str());
   if (!query) return query.error();
-  return query->bind(std::string(kKindNames.at(size_t(edge.kind))))
+  return query->bind(kindName(edge.kind))
       .bind(edge.from)
       .bind(edge.to)
       .bind(edge.T_from_to)
@@ -139,7 +87,7 @@ Result<std::vector<WithdrawnEdge>> MapStore::withdrawnEdges() const {
 Result<void> MapStore::removeEdges(EdgeKind kind) {
   Result<Query> query = state_->database.query("DELETE FROM edges WHERE kind = ?");
   if (!query) return query.error();
-  return query->bind(std::string(kKindNames.at(size_t(kind)))).run();
+  return query->bind(kindName(kind)).run();
 }
 
 Result<void> MapStore::withdrawEdge(const Edge& edge, uint32_t merge) {
@@ -148,7 +96,7 @@ Result<void> MapStore::withdrawEdge(const Edge& edge, uint32_t merge) {
       "UPDATE edges SET withdrawn_by = ?8 WHERE kind = ?1 AND from_robot = ?2 AND from_session = ?3 AND "
       "from_sequence = ?4 AND to_robot = ?5 AND to_session = ?6 AND to_sequence = ?7");
   if (!query) return query.error();
-  query->bind(std::string(kKindNames.at(size_t(edge.kind)))).bind(edge.from).bind(edge.to).bind(int64_t{merge});
+  query->bind(kindName(edge.kind)).bind(edge.from).bind(edge.to).bind(int64_t{merge});
   if (Result<void> ran = query->run(); !ran) return ran;
   if (database.changes() > 0) return {};
   return Error{ErrorCode::kWrongUse,
@@ -186,18 +134,7 @@ Result<std::vector<MatchVerdict>> MapStore::verdicts(const VerdictFilter& filter
     const Result<bool> row = query->step();
     if (!row) return row.error();
     if (!*row) return result;
-    MatchVerdict v;
-    v.query = query->keyframeId();
-    v.candidate = query->keyframeId();
-    v.accepted = query->integer() != 0;
-    v.reason = query->text();
-    for (double* value : {&v.fern_dissimilarity, &v.inlier_ratio, &v.rms_sigma, &v.degeneracy, &v.photometric_median,
-                          &v.seen_through, &v.unlike, &v.features, &v.round_trip_m, &v.round_trip_rad}) {
-      *value = query->real();
-    }
-    v.T_candidate_query = query->pose();
-    v.information = query->matrix();
-    result.push_back(std::move(v));
+    result.push_back(verdictOf(*query));
   }
 }
 
@@ -240,21 +177,14 @@ Result<void> MapStore::addMerge(const MergeRecord& merge) {
 }
 
 Result<std::vector<MergeRecord>> MapStore::merges() const {
-  Result<Query> query = state_->database.query(
-      "SELECT number, kept, absorbed, keyframes_ingested, undone, " COMAP_POSE_COLUMNS " FROM merges ORDER BY number");
+  Result<Query> query = state_->database.query("SELECT " COMAP_MERGE_COLUMNS " FROM merges ORDER BY number");
   if (!query) return query.error();
   std::vector<MergeRecord> result;
   for (;;) {
     const Result<bool> row = query->step();
     if (!row) return row.error();
     if (!*row) return result;
-    MergeRecord merge;
-    merge.number = query->unsigned32();
-    merge.kept = query->text();
-    merge.absorbed = query->text();
-    merge.keyframes_ingested = query->unsigned32();
-    merge.undone = query->text();
-    merge.T_kept_absorbed = query->pose();
+    MergeRecord merge = mergeOf(*query);
     if (Result<void> lists = readMergeLists(state_->database, merge); !lists) return lists.error();
     result.push_back(std::move(merge));
   }

@@ -1,0 +1,84 @@
+#include "mapping_core/store/record_rows.h"
+
+#include <array>
+
+namespace comap {
+namespace {
+
+constexpr std::array<const char*, kEdgeKinds> kKindNames = {"odometry", "loop", "inter_robot", "covisibility"};
+
+Result<EdgeKind> kindOf(const std::string& name, const std::string& path) {
+  for (size_t i = 0; i < kKindNames.size(); ++i) {
+    if (name == kKindNames[i]) return static_cast<EdgeKind>(i);
+  }
+  return Error{ErrorCode::kBadData,
+               path + ": edge kind is '" + name + "', expected odometry, loop, inter_robot or covisibility"};
+}
+
+}  // namespace
+
+std::string kindName(EdgeKind kind) { return kKindNames.at(size_t(kind)); }
+
+Result<WithdrawnEdge> edgeOf(Query& query, const std::string& path) {
+  WithdrawnEdge one;
+  const Result<EdgeKind> kind = kindOf(query.text(), path);
+  if (!kind) return kind.error();
+  one.edge.kind = *kind;
+  one.edge.from = query.keyframeId();
+  one.edge.to = query.keyframeId();
+  one.edge.T_from_to = query.pose();
+  one.edge.information = query.matrix();
+  one.edge.merge = query.unsigned32();
+  one.withdrawn_by = query.unsigned32();
+  return one;
+}
+
+MatchVerdict verdictOf(Query& query) {
+  MatchVerdict v;
+  v.query = query.keyframeId();
+  v.candidate = query.keyframeId();
+  v.accepted = query.integer() != 0;
+  v.reason = query.text();
+  for (double* value : {&v.fern_dissimilarity, &v.inlier_ratio, &v.rms_sigma, &v.degeneracy, &v.photometric_median,
+                        &v.seen_through, &v.unlike, &v.features, &v.round_trip_m, &v.round_trip_rad}) {
+    *value = query.real();
+  }
+  v.T_candidate_query = query.pose();
+  v.information = query.matrix();
+  return v;
+}
+
+MergeRecord mergeOf(Query& query) {
+  MergeRecord merge;
+  merge.number = query.unsigned32();
+  merge.kept = query.text();
+  merge.absorbed = query.text();
+  merge.keyframes_ingested = query.unsigned32();
+  merge.undone = query.text();
+  merge.T_kept_absorbed = query.pose();
+  return merge;
+}
+
+Result<void> readMergeLists(Database& database, MergeRecord& merge) {
+  Result<Query> robots = database.query("SELECT robot FROM merge_robots WHERE merge = ? ORDER BY position");
+  if (!robots) return robots.error();
+  robots->bind(int64_t{merge.number});
+  for (;;) {
+    const Result<bool> row = robots->step();
+    if (!row) return row.error();
+    if (!*row) break;
+    merge.robots.push_back(robots->text());
+  }
+  Result<Query> voters =
+      database.query("SELECT robot, session, sequence FROM merge_voters WHERE merge = ? ORDER BY position");
+  if (!voters) return voters.error();
+  voters->bind(int64_t{merge.number});
+  for (;;) {
+    const Result<bool> row = voters->step();
+    if (!row) return row.error();
+    if (!*row) return {};
+    merge.voters.push_back(voters->keyframeId());
+  }
+}
+
+}  // namespace comap

@@ -1,0 +1,16 @@
+// The keyframes of a store that may be damaged. Inside this folder only.
+#pragma once
+
+#include "mapping_core/store/store_survey.h"
+#include "protocol/storage/database.h"
+
+namespace comap {
+
+/// Fills keyframes, lost_keyframes and what there is to say of them. A keyframe is whole if its message is; the row
+/// that describes it can be lost, the message describes itself.
+void surveyKeyframes(Database& database, StoreSurvey& survey);
+
+/// The message of one that was found whole.
+Result<std::vector<uint8_t>> messageOf(Database& database, uint32_t arrival);
+
+}  // namespace comap

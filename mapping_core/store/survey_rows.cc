@@ -1,0 +1,77 @@
+#include "mapping_core/store/survey_rows.h"
+
+#include <algorithm>
+
+namespace comap {
+namespace {
+
+constexpr int64_t kBlindRows = 200'000;     // looked for if the table does not tell how many it has
+constexpr int64_t kMostRows = 100'000'000;  // a damaged number may be any
+
+// Rows one behind the other that fail for the same reason, as one sentence.
+class Failures {
+ public:
+  Failures(std::string what, std::vector<std::string>& damage) : what_(std::move(what)), damage_(damage) {}
+  ~Failures() { tell(); }
+  void add(int64_t number, const std::string& reason) {
+    if (count_ > 0 && (number != last_ + 1 || reason != reason_)) tell();
+    if (count_++ == 0) first_ = number;
+    last_ = number;
+    reason_ = reason;
+  }
+
+ private:
+  void tell() {
+    if (count_ == 0) return;
+    damage_.push_back(what_ + " " + std::to_string(first_) + (count_ > 1 ? " to " + std::to_string(last_) : "") + ": " +
+                      reason_);
+    count_ = 0;
+  }
+
+  const std::string what_;
+  std::vector<std::string>& damage_;
+  int64_t first_ = 0, last_ = 0, count_ = 0;
+  std::string reason_;
+};
+
+// Without the path, which stands before the whole list.
+std::string reasonOf(const Error& error, const Database& database) {
+  const std::string prefix = database.path() + ": ";
+  return error.text.starts_with(prefix) ? error.text.substr(prefix.size()) : error.text;
+}
+
+Result<bool> checkRow(Database& database, const char* one, int64_t number, const RowCheck& check) {
+  auto query = database.query(one);
+  if (!query) return query.error();
+  const auto there = query->bind(number).step();
+  if (!there) return there.error();
+  if (!*there) return false;
+  if (auto passed = check(*query); !passed) return passed.error();
+  const auto values = query->step();  // what was wrong with one comes out here
+  if (!values) return values.error();
+  return true;
+}
+
+}  // namespace
+
+size_t surveyTable(Database& database, const std::string& what, const char* last, const char* one,
+                   const RowCheck& check, std::vector<std::string>& damage) {
+  const auto told = database.integer(last);
+  int64_t end = kBlindRows;
+  if (told && *told >= 0 && *told <= kMostRows)
+    end = *told;
+  else
+    damage.push_back(what + "s: how many there are cannot be read" +
+                     (told ? "" : " (" + reasonOf(told.error(), database) + ")"));
+  size_t failed = 0;
+  Failures failures(what, damage);
+  for (int64_t number = 0; number <= end; ++number) {
+    const auto whole = checkRow(database, one, number, check);
+    if (whole) continue;
+    ++failed;
+    failures.add(number, reasonOf(whole.error(), database));
+  }
+  return failed;
+}
+
+}  // namespace comap

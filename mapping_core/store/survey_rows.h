@@ -1,0 +1,21 @@
+// How a survey goes through one table. Inside this folder only.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "protocol/storage/database.h"
+
+namespace comap {
+
+/// Whether the row is whole; else why not.
+using RowCheck = std::function<Result<void>(Query& row)>;
+
+/// Asks for every number from 0 to the table's last one. `last`: statement that yields it; `one`: the row of number ?1.
+/// What cannot be read or does not pass is told in `damage`, neighbours together, as "WHAT NUMBER: ...". Returns how
+/// many did not pass.
+size_t surveyTable(Database& database, const std::string& what, const char* last, const char* one,
+                   const RowCheck& check, std::vector<std::string>& damage);
+
+}  // namespace comap
