@@ -4,19 +4,41 @@
 
 #include "mapping_core/store/store_survey.h"
 #include "mapping_core/store/survey_keyframes.h"
+#include "protocol/codec/keyframe_codec.h"
 
 namespace comap {
 namespace {
 
-Result<void> saveKeyframes(const StoreSurvey& survey, Database& from, MapStore& to) {
-  for (const StoredKeyframe& keyframe : survey.keyframes) {
-    const auto message = messageOf(from, keyframe.arrival);
+// Keyframes that the core had mapped: those with a pose, and those with an edge, whose pose is lost.
+std::set<KeyframeId> mappedOf(const StoreSurvey& survey) {
+  std::set<KeyframeId> mapped;
+  for (const StoredKeyframe& keyframe : survey.keyframes)
+    if (!keyframe.map.empty()) mapped.insert(keyframe.id);
+  for (const WithdrawnEdge& one : survey.edges) mapped.insert({one.edge.from, one.edge.to});
+  return mapped;
+}
+
+// Returns the odometry edges that the messages tell of and the table does not.
+Result<std::vector<Edge>> saveKeyframes(const StoreSurvey& survey, Database& from, MapStore& to) {
+  const std::set<KeyframeId> mapped = mappedOf(survey);
+  std::set<KeyframeId> tied;
+  for (const WithdrawnEdge& one : survey.edges)
+    if (one.edge.kind == EdgeKind::kOdometry) tied.insert(one.edge.to);
+  std::vector<Edge> lost;
+  for (const StoredKeyframe& stored : survey.keyframes) {
+    const auto message = messageOf(from, stored.arrival);
     if (!message) return message.error();
-    if (auto added = to.addKeyframe(keyframe.id, keyframe.stamp_ns, *message); !added) return added.error();
-    if (keyframe.map.empty()) continue;
-    if (auto placed = to.setPoses(keyframe.map, {{keyframe.id, keyframe.T_map_cam}}); !placed) return placed;
+    if (auto added = to.addKeyframe(stored.id, stored.stamp_ns, *message); !added) return added.error();
+    if (!mapped.contains(stored.id)) continue;
+    const MapId map = stored.map.empty() ? toString(stored.id) : stored.map;  // computed anew, as the pose
+    if (auto placed = to.setPoses(map, {{stored.id, stored.T_map_cam}}); !placed) return placed.error();
+    const auto keyframe = decodeKeyframeWithoutImages(*message);
+    if (!keyframe) return keyframe.error();
+    const KeyframeId previous{stored.id.robot, stored.id.session, keyframe->linked_to};
+    if (keyframe->linked && mapped.contains(previous) && !tied.contains(stored.id))
+      lost.push_back({previous, stored.id, EdgeKind::kOdometry, keyframe->T_link_this, keyframe->information});
   }
-  return {};
+  return lost;
 }
 
 Result<void> saveMerges(const StoreSurvey& survey, MapStore& to) {
@@ -39,7 +61,8 @@ Result<void> saveWhole(const StoreSurvey& survey, MapStore& to) {
   for (const auto& [key, value] : survey.meta)
     if (auto set = to.setMeta(key, value); !set) return set;
   if (auto set = to.setMeta("complete", "no"); !set) return set;
-  if (auto saved = saveKeyframes(survey, *from, to); !saved) return saved;
+  const auto lost_ties = saveKeyframes(survey, *from, to);
+  if (!lost_ties) return lost_ties.error();
   if (auto saved = saveMerges(survey, to); !saved) return saved;
   std::set<uint32_t> merges = {0};
   for (const MergeRecord& merge : survey.merges) merges.insert(merge.number);
@@ -49,6 +72,8 @@ Result<void> saveWhole(const StoreSurvey& survey, MapStore& to) {
     if (one.withdrawn_by == 0) continue;
     if (auto withdrawn = to.withdrawEdge(one.edge, one.withdrawn_by); !withdrawn) return withdrawn;
   }
+  for (const Edge& edge : *lost_ties)
+    if (auto added = to.addEdge(edge); !added) return added;
   for (const MatchVerdict& verdict : survey.verdicts)
     if (auto added = to.addVerdict(verdict); !added) return added;
   return transaction->commit();

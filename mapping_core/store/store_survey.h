@@ -29,8 +29,9 @@ struct StoreSurvey {
 /// Reads only. kUnreachable or kBadData if the file is no store, or so damaged that nothing of it can be told.
 Result<StoreSurvey> surveyStore(const std::string& path);
 
-/// Writes all that is whole into `to`, an empty store; tiles are left to whoever computes the maps anew. Closures of a
-/// merge that is lost are left out: their verdicts can join the maps again.
+/// Writes all that is whole into `to`, an empty store; poses and tiles are left to whoever computes the maps anew.
+/// Odometry edges that are lost are taken from the keyframes themselves. Closures of a merge that is lost are left out:
+/// their verdicts can join the maps again.
 Result<void> saveWhole(const StoreSurvey& survey, MapStore& to);
 
 }  // namespace comap

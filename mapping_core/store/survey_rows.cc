@@ -5,7 +5,7 @@
 namespace comap {
 namespace {
 
-constexpr int64_t kBlindRows = 200'000;     // looked for if the table does not tell how many it has
+constexpr int64_t kBlindRows = 20'000;  // looked for behind the last one, if the table does not tell how many it has
 constexpr int64_t kMostRows = 100'000'000;  // a damaged number may be any
 
 // Rows one behind the other that fail for the same reason, as one sentence.
@@ -64,13 +64,22 @@ size_t surveyTable(Database& database, const std::string& what, const char* last
     damage.push_back(what + "s: how many there are cannot be read" +
                      (told ? "" : " (" + reasonOf(told.error(), database) + ")"));
   size_t failed = 0;
-  Failures failures(what, damage);
-  for (int64_t number = 0; number <= end; ++number) {
-    const auto whole = checkRow(database, one, number, check);
-    if (whole) continue;
-    ++failed;
-    failures.add(number, reasonOf(whole.error(), database));
+  std::vector<std::string> sentences;
+  {
+    Failures failures(what, sentences);
+    for (int64_t number = 0; number <= end; ++number) {
+      const auto whole = checkRow(database, one, number, check);
+      if (whole && *whole && !told) end = std::max(end, number + kBlindRows);
+      if (whole) continue;
+      ++failed;
+      failures.add(number, reasonOf(whole.error(), database));
+    }
   }
+  if (failed == static_cast<size_t>(end) + 1 && !told) {
+    damage.back() = what + "s: none can be read (" + reasonOf(told.error(), database) + ")";
+    return 0;
+  }
+  damage.insert(damage.end(), sentences.begin(), sentences.end());
   return failed;
 }
 

@@ -14,7 +14,7 @@ using RowCheck = std::function<Result<void>(Query& row)>;
 
 /// Asks for every number from 0 to the table's last one. `last`: statement that yields it; `one`: the row of number ?1.
 /// What cannot be read or does not pass is told in `damage`, neighbours together, as "WHAT NUMBER: ...". Returns how
-/// many did not pass.
+/// many did not pass, as far as can be told.
 size_t surveyTable(Database& database, const std::string& what, const char* last, const char* one,
                    const RowCheck& check, std::vector<std::string>& damage);
 

@@ -1,0 +1,61 @@
+// A store that a disk has damaged: named, saved, and its map made anew.
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "tests/end_to_end/flat_test.h"
+
+namespace comap {
+namespace {
+
+using Json = nlohmann::json;
+
+class DamagedStore : public FlatTest {
+ protected:
+  Json run(const std::string& command, int exit_code = 0) {
+    const ProgramRun done = runProgram(command);
+    EXPECT_EQ(done.exit_code, exit_code) << command << ": " << done.err;
+    return done.out.empty() ? Json() : Json::parse(done.out);
+  }
+};
+
+TEST_F(DamagedStore, IsNamedAndSaved) {
+  const Json report =
+      run("fleet replay --json --link loopback --robot a=" + flat_ + "/a@0:50 --out " + folder_.path("run"));
+  ASSERT_FALSE(report.is_null());
+  const size_t keyframes = report.at("maps")[0].at("keyframes").get<size_t>();
+  ASSERT_GE(keyframes, 5u);
+  const std::string store = folder_.path("run/map.comap");
+  EXPECT_TRUE(run("fleet doctor --json " + store).at("whole").get<bool>());
+
+  // Undamaged, the new store has the map of the old one, to the bit.
+  const Json same = run("fleet recover --json " + store + " --out " + folder_.path("same.comap"));
+  ASSERT_EQ(same.at("maps").size(), 1u);
+  EXPECT_EQ(same.at("maps")[0].at("hash"), report.at("maps")[0].at("hash"));
+
+  // A part of the last keyframe's message becomes something else, within one page.
+  const std::string content = contentOf(store);
+  const size_t images = content.rfind("\xff\xd8\xff");  // where the last JPEG begins
+  ASSERT_NE(images, std::string::npos);
+  std::string damaged = content;
+  const size_t at = (images + 100) % 4096 < 4000 ? images + 100 : images + 300;
+  damaged.replace(at, 90, 90, 'x');
+  std::ofstream(store, std::ios::binary) << damaged;
+  const Json sick = run("fleet doctor --json " + store, 1);
+  EXPECT_FALSE(sick.at("whole").get<bool>());
+  EXPECT_EQ(sick.at("lost_keyframes"), 1);
+  EXPECT_NE(sick.at("damage").dump().find("its message is damaged (checksum)"), std::string::npos) << sick.dump(2);
+
+  const std::string saved = folder_.path("saved.comap");
+  const Json rest = run("fleet recover --json " + store + " --out " + saved);
+  EXPECT_EQ(rest.at("keyframes").get<size_t>(), keyframes - 1);
+  size_t mapped = 0;
+  for (const Json& map : rest.at("maps")) mapped += map.at("keyframes").get<size_t>();
+  EXPECT_EQ(mapped, keyframes - 1);
+  const Json healthy = run("fleet doctor --json " + saved);
+  EXPECT_TRUE(healthy.at("whole").get<bool>()) << healthy.dump(2);
+  EXPECT_GT(healthy.at("tiles").get<int>(), 5);
+  EXPECT_EQ(runProgram("fleet recover " + store + " --out " + saved).exit_code, 2) << "it is there already";
+}
+
+}  // namespace
+}  // namespace comap

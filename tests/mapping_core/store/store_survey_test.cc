@@ -1,0 +1,169 @@
+// Stores that are damaged page by page: what is whole is found, told apart from what is not, and saved.
+#include "mapping_core/store/store_survey.h"
+
+#include <gmock/gmock.h>
+#include <sqlite3.h>
+
+#include "protocol/codec/keyframe_codec.h"
+#include "tests/mapping_core/store/store_fixture.h"
+
+namespace comap {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr size_t kPageBytes = 4096;
+constexpr uint32_t kKeyframes = 12;
+
+class StoreSurveyTest : public StoreTest {
+ protected:
+  // Noise, so that a message takes some pages.
+  static std::vector<uint8_t> messageOf(uint32_t sequence) {
+    std::mt19937 engine(sequence);
+    Keyframe keyframe;
+    keyframe.id = idOf(sequence);
+    keyframe.stamp_ns = sequence;
+    keyframe.camera = {60, 60, 32, 24, 64, 48};
+    keyframe.colour = ColourImage(64, 48);
+    keyframe.depth = DepthImage(64, 48);
+    for (int y = 0; y < 48; ++y)
+      for (int x = 0; x < 64; ++x) keyframe.depth.at(x, y) = static_cast<uint16_t>(5000 + engine() % 9000);
+    keyframe.linked = sequence > 0;
+    keyframe.linked_to = sequence > 0 ? sequence - 1 : 0;
+    keyframe.T_link_this = poseOf(sequence);
+    const auto encoded = encodeKeyframe(keyframe);
+    EXPECT_TRUE(encoded) << (encoded ? "" : encoded.error().text);
+    return encoded ? *encoded : std::vector<uint8_t>();
+  }
+  void fill() {
+    auto store = create();
+    ASSERT_TRUE(store);
+    for (uint32_t i = 0; i < kKeyframes; ++i) {
+      ASSERT_TRUE(*store->addKeyframe(idOf(i), i, messageOf(i)));
+      ASSERT_TRUE(store->setPoses("m", {{idOf(i), poseOf(i)}}));
+      if (i > 0) {
+        ASSERT_TRUE(store->addEdge({idOf(i - 1), idOf(i), EdgeKind::kOdometry, poseOf(i), Matrix6d::Identity()}));
+      }
+      if (i > 1) {
+        MatchVerdict verdict;
+        verdict.query = idOf(i);
+        verdict.candidate = idOf(i - 2);
+        verdict.reason = "overlap";
+        ASSERT_TRUE(store->addVerdict(verdict));
+      }
+    }
+    ASSERT_TRUE(store->addMerge({1, "a", "b", poseOf(1), {"alpha"}, {idOf(1)}, 3, {}}));
+    ASSERT_TRUE(store->setMeta("version", "v"));
+    std::vector<Tile> tiles;
+    for (int i = 0; i < 6; ++i) tiles.push_back(tileOf("m", i, 0, 0, 800, uint32_t(i)));
+    ASSERT_TRUE(store->setTiles(tiles));
+  }
+  void sql(const char* statement) {
+    sqlite3* db = nullptr;
+    ASSERT_EQ(sqlite3_open(path_.c_str(), &db), SQLITE_OK);
+    ASSERT_EQ(sqlite3_exec(db, statement, nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(db);
+    sqlite3_close(db);
+  }
+  // Saves what is whole into a new store and looks at that.
+  StoreSurvey saved(const StoreSurvey& survey) {
+    const std::string path = folder_ / "saved.comap";
+    std::filesystem::remove(path);
+    {
+      auto store = MapStore::open(path, MapStore::Mode::kCreateOrOpen);
+      EXPECT_TRUE(store);
+      const auto done = saveWhole(survey, *store);
+      EXPECT_TRUE(done) << (done ? "" : done.error().text);
+    }
+    auto again = surveyStore(path);
+    EXPECT_TRUE(again) << (again ? "" : again.error().text);
+    return again ? *again : StoreSurvey();
+  }
+};
+
+TEST_F(StoreSurveyTest, AWholeStoreIsWholeAndIsSavedWhole) {
+  fill();
+  const auto survey = surveyStore(path_);
+  ASSERT_TRUE(survey) << survey.error().text;
+  EXPECT_THAT(survey->damage, IsEmpty());
+  EXPECT_THAT(survey->remarks, IsEmpty());
+  for (const StoreSurvey& one : {*survey, saved(*survey)}) {
+    EXPECT_THAT(one.damage, IsEmpty());
+    EXPECT_EQ(one.keyframes.size(), kKeyframes);
+    EXPECT_EQ(one.edges.size(), kKeyframes - 1);
+    EXPECT_EQ(one.verdicts.size(), kKeyframes - 2);
+    EXPECT_EQ(one.merges.size(), 1u);
+    EXPECT_EQ(one.meta.at("version"), "v");
+  }
+  EXPECT_EQ(survey->tiles, 6u);
+}
+
+TEST_F(StoreSurveyTest, EachPageInTurn) {
+  fill();
+  std::string whole;
+  {
+    std::ifstream in(path_, std::ios::binary);
+    whole.assign(std::istreambuf_iterator<char>(in), {});
+  }
+  const size_t pages = whole.size() / kPageBytes;
+  ASSERT_GT(pages, 40u);
+  size_t unreadable = 0, kept = 0, looked = 0;
+  for (size_t page = 0; page < pages; page += page < 20 ? 1 : 5) {  // first those with tables' roots
+    std::string damaged = whole;
+    const std::vector<uint8_t> noise = bytesOf(uint32_t(page), kPageBytes);
+    std::copy(noise.begin(), noise.end(), damaged.begin() + static_cast<std::ptrdiff_t>(page * kPageBytes));
+    std::ofstream(path_, std::ios::binary) << damaged;
+    const auto survey = surveyStore(path_);
+    if (!survey) {
+      ++unreadable;
+      EXPECT_THAT(survey.error().text, HasSubstr(path_.string()));
+      continue;
+    }
+    EXPECT_FALSE(survey->damage.empty()) << "page " << page << " is noise and nobody noticed";
+    EXPECT_LE(survey->keyframes.size(), kKeyframes);
+    const StoreSurvey again = saved(*survey);
+    EXPECT_THAT(again.damage, IsEmpty()) << "page " << page;
+    EXPECT_EQ(again.keyframes.size(), survey->keyframes.size()) << "page " << page;
+    // What ties keyframes stands in their messages too.
+    EXPECT_GE(again.edges.size() + 2 * (kKeyframes - again.keyframes.size()), kKeyframes - 1) << "page " << page;
+    kept += again.keyframes.size();
+    ++looked;
+  }
+  EXPECT_LE(unreadable, 4u) << "only the pages with the schema hide all";
+  EXPECT_GE(kept, looked * (kKeyframes - 2)) << "a page hides one keyframe, or all if it is the root of their table";
+}
+
+TEST_F(StoreSurveyTest, DamageAndGapsAreNamed) {
+  fill();
+  sql("UPDATE keyframe_messages SET encoded = zeroblob(length(encoded)) WHERE keyframe = 3;"
+      "DELETE FROM keyframe_messages WHERE keyframe = 5;"
+      "DELETE FROM keyframes WHERE arrival = 7;"
+      "UPDATE edges SET qw = 9 WHERE number = 1;"
+      "UPDATE tiles SET zstd = zeroblob(20) WHERE number = 2;");
+  const auto survey = surveyStore(path_);
+  ASSERT_TRUE(survey) << survey.error().text;
+  const std::string session = "alpha/18364758544493064720/";
+  for (const std::string& text : {"keyframe 3: " + session + "3, its message is damaged (checksum)",
+                                  "keyframe " + session + "5: its message is not there",
+                                  "keyframe " + session + "7: its row is lost, its message is whole",
+                                  std::string("edge 1: a pose's quaternion has length"), std::string("tile 2: "),
+                                  "names keyframe " + session + "5, which is not there or not whole"})
+    EXPECT_THAT(survey->damage, Contains(HasSubstr(text)));
+  EXPECT_EQ(survey->keyframes.size(), kKeyframes - 2);
+  EXPECT_EQ(survey->tiles, 5u);
+  EXPECT_THAT(survey->remarks, Contains(HasSubstr("sequences 3 to 3 are not there")));
+  EXPECT_THAT(survey->remarks, Contains(HasSubstr("sequences 5 to 5 are not there")));
+  const StoreSurvey again = saved(*survey);
+  EXPECT_THAT(again.damage, IsEmpty());
+  EXPECT_EQ(again.keyframes.size(), kKeyframes - 2);
+}
+
+TEST_F(StoreSurveyTest, WhatIsNoStoreIsRefused) {
+  EXPECT_EQ(surveyStore(path_).error().code, ErrorCode::kUnreachable);
+  std::ofstream(path_) << "no store";
+  EXPECT_EQ(surveyStore(path_).error().code, ErrorCode::kBadData);
+}
+
+}  // namespace
+}  // namespace comap
