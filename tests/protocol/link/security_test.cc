@@ -8,7 +8,10 @@
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fstream>
+#include <map>
 #include <mutex>
 #include <sstream>
 #include <thread>
@@ -260,7 +263,8 @@ TEST_F(KeyedPeers, ARobotWithoutKeysIsNotLetInAndBothAreTold) {
 
 TEST_F(KeyedPeers, ARobotOfAnotherAuthorityIsNotLetIn) {
   SiteKeys other(kSite);
-  expectStranger(optionsOf(LinkRole::kRobot, "a", other.of(KeyRole::kRobot, "a")), "comap/robot/a has keys of another authority");
+  expectStranger(optionsOf(LinkRole::kRobot, "a", other.of(KeyRole::kRobot, "a")),
+                 "comap/robot/a has keys of another authority");
 }
 
 TEST_F(KeyedPeers, ARevokedRobotIsNotLetIn) {
@@ -282,14 +286,10 @@ TEST_F(KeyedPeers, ARevokedRobotIsNotLetIn) {
 
 class RawRobot {
  public:
-  RawRobot(const DdsLinkOptions& options, const std::string& partition) {
+  explicit RawRobot(const DdsLinkOptions& options) {
     participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
         static_cast<uint32_t>(options.domain), participantQos("comap/robot/raw", options));
-    if (participant_ == nullptr) return;
-    type_.register_type(participant_);
-    dds::PublisherQos qos = dds::PUBLISHER_QOS_DEFAULT;
-    qos.partition().push_back(partition.c_str());
-    publisher_ = participant_->create_publisher(qos);
+    if (participant_ != nullptr) type_.register_type(participant_);
   }
   ~RawRobot() {
     if (participant_ == nullptr) return;
@@ -298,34 +298,55 @@ class RawRobot {
   }
   bool joined() const { return participant_ != nullptr; }
   /// nullptr if DDS refuses it.
-  dds::DataWriter* writerOf(Topic topic) {
-    dds::Topic* dds_topic = participant_->create_topic(topicName(topic), type_.get_type_name(), dds::TOPIC_QOS_DEFAULT);
-    return publisher_->create_datawriter(dds_topic, writerQos(topic, 1000));
+  dds::DataWriter* writerOf(Topic topic, const std::string& partition) {
+    dds::PublisherQos qos = dds::PUBLISHER_QOS_DEFAULT;
+    qos.partition().push_back(partition.c_str());
+    return participant_->create_publisher(qos)->create_datawriter(topicOf(topic), writerQos(topic, 1000));
+  }
+  dds::DataReader* readerOf(Topic topic, const std::string& partition) {
+    dds::SubscriberQos qos = dds::SUBSCRIBER_QOS_DEFAULT;
+    qos.partition().push_back(partition.c_str());
+    return participant_->create_subscriber(qos)->create_datareader(topicOf(topic), readerQos(topic));
   }
 
  private:
+  dds::Topic* topicOf(Topic topic) {
+    dds::Topic*& made = topics_[topic];
+    if (made == nullptr)
+      made = participant_->create_topic(topicName(topic), type_.get_type_name(), dds::TOPIC_QOS_DEFAULT);
+    return made;
+  }
+
   dds::TypeSupport type_{new OctetsType};
   dds::DomainParticipant* participant_ = nullptr;
-  dds::Publisher* publisher_ = nullptr;
+  std::map<Topic, dds::Topic*> topics_;
 };
 
-TEST_F(KeyedPeers, ARobotsKeyWritesNothingThatACoreWrites) {
-  RawRobot thief(robot("a"), kSite);
+std::string partitionOf(const std::string& robot) { return std::string(kSite) + "/" + robot; }
+
+TEST_F(KeyedPeers, ARobotsKeyWritesWhatRobotsWriteAndReadsWhatTheyRead) {
+  RawRobot thief(robot("a"));
   ASSERT_TRUE(thief.joined());
-  for (const Topic topic : kAllTopics)
-    EXPECT_EQ(thief.writerOf(topic) != nullptr, writes(LinkRole::kRobot, topic)) << topicName(topic);
+  for (const Topic topic : kAllTopics) {
+    EXPECT_EQ(thief.writerOf(topic, partitionOf("a")) != nullptr, writes(LinkRole::kRobot, topic)) << topicName(topic);
+    EXPECT_EQ(thief.readerOf(topic, partitionOf("a")) != nullptr, reads(LinkRole::kRobot, topic)) << topicName(topic);
+  }
 }
 
-TEST_F(KeyedPeers, ARobotsKeyIsNoneInAnotherSite) {
-  RawRobot thief(robot("a"), "elsewhere");
+TEST_F(KeyedPeers, ARobotsKeyIsNoneInAnothersPartitionOrSite) {
+  RawRobot thief(robot("a"));
   ASSERT_TRUE(thief.joined());
-  EXPECT_EQ(thief.writerOf(Topic::kHello), nullptr);
+  for (const std::string& partition :
+       {partitionOf("b"), partitionOf("*"), std::string("elsewhere"), std::string("*")}) {
+    EXPECT_EQ(thief.writerOf(Topic::kHello, partition), nullptr) << partition;
+    EXPECT_EQ(thief.readerOf(Topic::kTile, partition), nullptr) << partition;
+  }
 }
 
 TEST_F(KeyedPeers, DocumentsThatTheAuthorityDidNotSignDoNotJoin) {
   DdsLinkOptions options = robot("a");
   replaceIn(options.keys + "/permissions.p7s", "comap/v1/hello", "comap/v1/ack");
-  EXPECT_FALSE(RawRobot(options, kSite).joined());
+  EXPECT_FALSE(RawRobot(options).joined());
 }
 
 TEST_F(KeyedPeers, OneRobotIsNotHeardInTheNameOfAnother) {
@@ -333,9 +354,11 @@ TEST_F(KeyedPeers, OneRobotIsNotHeardInTheNameOfAnother) {
   DdsLinkOptions core_options = core();
   core_options.notice = told.sink();
   const auto service = open(core_options);
-  RawRobot b(robot("b"), kSite);
+  RawRobot b(robot("b"));
   ASSERT_TRUE(service && b.joined());
-  dds::DataWriter* writer = b.writerOf(Topic::kHello);
+  // Where a core listens: in each robot's partition, or in the site's if robots may write there.
+  dds::DataWriter* writer = b.writerOf(Topic::kHello, kSite);
+  if (writer == nullptr) writer = b.writerOf(Topic::kHello, partitionOf("b"));
   ASSERT_NE(writer, nullptr);
   Octets forged{"a", {1, 2, 3}}, honest{"b", {4, 5}};
   ASSERT_TRUE(writer->write(&forged));
