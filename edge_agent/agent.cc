@@ -30,7 +30,8 @@ Agent::Agent(const AgentConfig& config, uint64_t session, Outbox outbox, FrameSo
       book_(FernBook::standard(config.fern_seed)),
       odometry_(config.odometry),
       recovery_(config.recovery),
-      sender_(link, config.robot, session, senderOptions(config), std::move(outbox), log_) {}
+      sender_(link, config.robot, session, senderOptions(config), std::move(outbox), log_),
+      localizer_(config.localizer) {}
 
 Result<void> Agent::hello() {
   const auto encoded = encodeHello({config_.robot, session_, book_.hash(), COMAP_VERSION});
@@ -71,6 +72,12 @@ Result<Agent::Progress> Agent::takeFrame() {
   TrackedFrame tracked = odometry_.track(frame);
   const Relocalisation* found = nullptr;
   if (tracked.first && statistics_.keyframes > 0) found = findBack(frame, tracked);
+  if (!tracked.first) searchMap(frame, tracked);
+  const auto tracked_at = std::chrono::steady_clock::now();
+  const uint32_t registered = localizer_.statistics().attempts;
+  localizer_.track(odometry_.live(), tracked.T_odom_cam, tracked.aligned || found != nullptr);
+  const std::chrono::duration<double, std::milli> registering = std::chrono::steady_clock::now() - tracked_at;
+  if (localizer_.statistics().attempts > registered) statistics_.localizer_ms.add(registering.count());
   ++frames_since_keyframe_;
   const auto reason = keyframeReason(tracked, frames_since_keyframe_, medianDepth(frame.depth), config_.keyframes);
   // The depth of a keyframe is shipped as it is when the next one takes over, or when tracking fails.
@@ -82,7 +89,7 @@ Result<Agent::Progress> Agent::takeFrame() {
     odometry_.addToKeyframe(tracked);
   }
   statistics_.odometry_ms.add(
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+      (std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start) - registering).count());
   if (statistics_.frames == 0) statistics_.first_stamp_ns = frame.stamp_ns;
   statistics_.last_stamp_ns = frame.stamp_ns;
   ++statistics_.frames;
@@ -109,7 +116,15 @@ Result<Agent::Progress> Agent::takeFrame() {
 // For a frame that would begin a new chain: the known place where it stands. Otherwise it begins one, or, as long as
 // there is hope, is LOST.
 const Relocalisation* Agent::findBack(const Frame& frame, TrackedFrame& tracked) {
-  switch (recovery_.attempt(odometry_.live(), encodeFerns(book_, frame.colour, frame.depth))) {
+  const FernCode code = encodeFerns(book_, frame.colour, frame.depth);
+  const Recovery::Outcome outcome = recovery_.attempt(odometry_.live(), code);
+  const bool recognised = outcome != Recovery::Outcome::kFound && localizer_.searches(true) &&
+                          localizer_.search(odometry_.live(), code, tracked.T_odom_cam);
+  if (recognised) {
+    log_("frame " + std::to_string(statistics_.frames) + " is at a place in map " + localizer_.tiles().map());
+    return nullptr;
+  }
+  switch (outcome) {
     case Recovery::Outcome::kLost:
       tracked.first = false;
       tracked.state = TrackingState::kLost;
@@ -127,6 +142,13 @@ const Relocalisation* Agent::findBack(const Frame& frame, TrackedFrame& tracked)
   tracked.T_odom_cam = place.T_odom_keyframe * place.T_keyframe_cam;
   odometry_.resume(tracked.T_odom_cam);
   return &place;
+}
+
+// On a chain that nothing ties to the map, the robot goes on looking for itself in what it holds of it.
+void Agent::searchMap(const Frame& frame, const TrackedFrame& tracked) {
+  if (!tracked.aligned || !localizer_.searches(false)) return;
+  if (localizer_.search(odometry_.live(), encodeFerns(book_, frame.colour, frame.depth), tracked.T_odom_cam))
+    log_("frame " + std::to_string(statistics_.frames) + " is at a place in map " + localizer_.tiles().map());
 }
 
 void Agent::beginKeyframe(const Frame& frame, const TrackedFrame& tracked, const Relocalisation* found) {
@@ -151,6 +173,8 @@ void Agent::beginKeyframe(const Frame& frame, const TrackedFrame& tracked, const
     keyframe.inlier_ratio = tracked.alignment.inlier_ratio;
   }
   statistics_.chains += !keyframe.linked;
+  localizer_.keyframeMade(keyframe.id.sequence, keyframe.linked ? MapId() : mapIdOf(keyframe.id));
+  keyframe.believed = localizer_.believed();
   recovery_.reset();
   recovery_.remember(keyframe.id.sequence, keyframe.T_odom_cam, keyframe.fern_code, odometry_.live());
   open_ = std::move(keyframe);
@@ -227,13 +251,13 @@ Result<void> Agent::handle(const Delivery& delivery) {
       if (correction->session != session_ || (correction_ && correction->revision <= correction_->revision)) return {};
       if (!correction_ || correction_->map != correction->map) log_("now in map " + correction->map);
       correction_ = *correction;
-      cache_.setMap(correction->map);
+      localizer_.correct(*correction, mapped_below_);
       return {};
     }
     case Topic::kTile: {
       auto tile = decodeTile(delivery.payload);
       if (!tile) return refuse(tile.error());
-      if (cache_.put(std::move(*tile))) {
+      if (localizer_.put(std::move(*tile))) {
         ++statistics_.tiles_received;
         statistics_.tile_bytes_received += delivery.payload.size();
       }
@@ -250,9 +274,10 @@ void Agent::sendInterest() {
   interest.robot = config_.robot;
   interest.session = session_;
   interest.T_odom_cam = T_odom_cam_;
-  interest.radius_m = config_.interest_radius_m;
+  interest.radius_m = localizer_.interestRadius(config_.interest_radius_m);
   interest.budget_bytes_per_s = config_.downlink_bytes_per_s;
-  interest.held = cache_.held();
+  interest.held = localizer_.tiles().held();
+  interest.at = localizer_.interestAt();
   if (const auto encoded = encodeInterest(interest))
     (void)link_.publish(Topic::kInterest, config_.robot, *encoded);  // the next one replaces it
 }

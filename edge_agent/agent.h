@@ -10,7 +10,7 @@
 #include "edge_agent/agent_config.h"
 #include "edge_agent/capture/frame_source.h"
 #include "edge_agent/keyframes/keyframe_selector.h"
-#include "edge_agent/map_cache/tile_cache.h"
+#include "edge_agent/map_cache/map_localizer.h"
 #include "edge_agent/odometry/recovery.h"
 #include "edge_agent/odometry/visual_odometry.h"
 #include "edge_agent/time_histogram.h"
@@ -32,6 +32,7 @@ struct AgentStatistics {
   uint32_t frames = 0, keyframes = 0, damaged_frames = 0, poor_frames = 0, lost_frames = 0;
   uint32_t chains = 0, relocalised = 0;  ///< starts without a link; times the robot found back to a known place
   uint64_t tiles_received = 0, tile_bytes_received = 0;
+  TimeHistogram localizer_ms;                     ///< of the frames that were registered against tiles
   TimeHistogram odometry_ms;                      ///< tracking and keyframe making, without reading and encoding
   int64_t first_stamp_ns = 0, last_stamp_ns = 0;  ///< of the frames tracked
 };
@@ -82,12 +83,18 @@ class Agent {
   uint64_t uplinkBytes() const { return sender_.bytesSent(); }
   uint64_t session() const { return session_; }
   const std::optional<Correction>& correction() const { return correction_; }
-  const TileCache& tiles() const { return cache_; }
+  const TileCache& tiles() const { return localizer_.tiles(); }
+  const MapLocalizer& localizer() const { return localizer_; }
+  const Pose& odometryPose() const { return T_odom_cam_; }
+  TrackingState tracking() const { return state_; }
+  /// Where the robot believes to be after the last frame and message.
+  LivePose livePose() const { return localizer_.live(); }
   const AgentStatistics& statistics() const { return statistics_; }
 
  private:
   const Relocalisation* findBack(const Frame& frame, TrackedFrame& tracked);
   void beginKeyframe(const Frame& frame, const TrackedFrame& tracked, const Relocalisation* found);
+  void searchMap(const Frame& frame, const TrackedFrame& tracked);
   Result<void> handle(const Delivery& delivery);
   void keepInTouch(std::chrono::steady_clock::time_point now);
 
@@ -102,7 +109,7 @@ class Agent {
   Recovery recovery_;
   std::optional<Keyframe> open_;  // all but its depth, which frames are still averaged into
   KeyframeSender sender_;
-  TileCache cache_;
+  MapLocalizer localizer_;
   std::optional<Correction> correction_;
   AgentStatistics statistics_;
   TrackingState state_ = TrackingState::kOk;

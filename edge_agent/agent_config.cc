@@ -75,6 +75,14 @@ Result<AgentConfig> readAgentConfig(const std::string& path) {
   ConfigReader downlink = reader->section("downlink");
   downlink.read("radius_m", config.interest_radius_m, 0.5, 1000);
   downlink.read("budget_bytes_per_s", config.downlink_bytes_per_s, 1000, 1'000'000'000);
+
+  ConfigReader localizer = reader->section("localizer");
+  localizer.read("enabled", config.localizer.enabled);
+  localizer.read("every_frames", config.localizer.every_frames, 1, 1000);
+  localizer.read("memory_mb", config.localizer.memory_mb, 1, 100'000);
+  localizer.read("smooth_frames", config.localizer.smooth_frames, 1, 1000);
+  config.localizer.registration.noise = config.odometry.alignment.noise;
+  config.localizer.registration.view.depth_max_m = config.odometry.depth_max_m;
   if (auto finished = reader->finish(); !finished) return finished.error();
   return config;
 }
@@ -124,6 +132,11 @@ ferns:
 downlink:
   radius_m: {}                  # of map tiles wanted around the robot
   budget_bytes_per_s: {}
+localizer:                      # what returned tiles are used for
+  enabled: {}                 # register against them: bounds drift, finds a lost robot in what others have mapped
+  every_frames: {}              # that are tracked well, a registration
+  memory_mb: {}                # of tiles; beyond it the farthest are forgotten, and asked for again when near
+  smooth_frames: {}             # time constant of the pose that consumers see
 )",
       c.robot, c.source, c.link.domain, c.link.site, c.link.interface_address, c.link.profile, c.link.core_address,
       c.link.keys, c.link.insecure, c.odometry.depth_min_m, c.odometry.depth_max_m, c.odometry.alignment.noise.floor_m,
@@ -133,7 +146,8 @@ downlink:
       c.sender.send.window, c.max_waiting_keyframes, c.sender.send.resend_after.count(),
       c.sender.send.budget_bytes_per_s, c.sender.jpeg_quality, c.outbox.kind, c.outbox.directory,
       c.outbox.quota_mb == kUnlimited_mb ? 0 : c.outbox.quota_mb, c.sender.thin_jpeg_quality, c.fern_seed,
-      c.interest_radius_m, c.downlink_bytes_per_s);
+      c.interest_radius_m, c.downlink_bytes_per_s, c.localizer.enabled, c.localizer.every_frames, c.localizer.memory_mb,
+      c.localizer.smooth_frames);
 }
 
 }  // namespace comap

@@ -5,6 +5,7 @@
 
 #include "edge_agent/keyframes/depth_rounding.h"
 #include "edge_agent/keyframes/keyframe_selector.h"
+#include "edge_agent/map_cache/map_localizer.h"
 #include "edge_agent/odometry/recovery.h"
 #include "edge_agent/odometry/visual_odometry.h"
 #include "edge_agent/uplink/keyframe_sender.h"
@@ -22,6 +23,7 @@ struct AgentConfig {
   RecoveryOptions recovery;
   KeyframeOptions keyframes;
   DepthRounding depth_rounding;
+  LocalizerOptions localizer;
   SenderOptions sender;  ///< its outbox_quota_bytes follows from outbox
   OutboxOptions outbox;
   size_t max_waiting_keyframes = 16;             ///< a recording that need not be in time pauses while so many wait

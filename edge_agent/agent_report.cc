@@ -59,6 +59,16 @@ AgentReport reportOf(const std::string& robot, const Agent& agent) {
   report.tiles_received = s.tiles_received;
   report.tiles_held = agent.tiles().tiles().size();
   report.surfels_held = agent.tiles().surfels();
+  const LocalizerStatistics& l = agent.localizer().statistics();
+  report.registrations = l.registered;
+  report.registrations_refused = l.refused;
+  report.recognised = l.recognised;
+  report.taken_back = l.taken_back;
+  report.corrected_m_mean = l.registered > 0 ? l.corrected_m_sum / l.registered : 0;
+  report.corrected_m_worst = l.corrected_m_worst;
+  report.registration_ms_median = s.localizer_ms.quantile_ms(0.5);
+  report.registration_ms_worst = s.localizer_ms.worst_ms();
+  report.tiles_forgotten = agent.tiles().forgotten();
   if (agent.correction()) report.map = agent.correction()->map;
   report.odometry_ms_median = s.odometry_ms.quantile_ms(0.5);
   report.odometry_ms_p95 = s.odometry_ms.quantile_ms(0.95);
@@ -109,6 +119,15 @@ Result<void> AgentReportFile::finish(const AgentReport& r) {
                      {"tiles_received", r.tiles_received},
                      {"tiles_held", r.tiles_held},
                      {"surfels_held", r.surfels_held},
+                     {"registrations", r.registrations},
+                     {"registrations_refused", r.registrations_refused},
+                     {"recognised", r.recognised},
+                     {"taken_back", r.taken_back},
+                     {"corrected_m_mean", r.corrected_m_mean},
+                     {"corrected_m_worst", r.corrected_m_worst},
+                     {"registration_ms_median", r.registration_ms_median},
+                     {"registration_ms_worst", r.registration_ms_worst},
+                     {"tiles_forgotten", r.tiles_forgotten},
                      {"map", r.map},
                      {"odometry_ms_median", r.odometry_ms_median},
                      {"odometry_ms_p95", r.odometry_ms_p95},
@@ -145,6 +164,15 @@ Result<AgentReport> readAgentReport(const std::string& path) {
     r.tiles_received = json.at("tiles_received").get<uint64_t>();
     r.tiles_held = json.at("tiles_held").get<uint64_t>();
     r.surfels_held = json.at("surfels_held").get<uint64_t>();
+    r.registrations = json.at("registrations").get<uint32_t>();
+    r.registrations_refused = json.at("registrations_refused").get<std::map<std::string, uint32_t>>();
+    r.recognised = json.at("recognised").get<uint32_t>();
+    r.taken_back = json.at("taken_back").get<uint32_t>();
+    r.corrected_m_mean = json.at("corrected_m_mean").get<double>();
+    r.corrected_m_worst = json.at("corrected_m_worst").get<double>();
+    r.registration_ms_median = json.at("registration_ms_median").get<double>();
+    r.registration_ms_worst = json.at("registration_ms_worst").get<double>();
+    r.tiles_forgotten = json.at("tiles_forgotten").get<uint64_t>();
     r.map = json.at("map").get<std::string>();
     r.odometry_ms_median = json.at("odometry_ms_median").get<double>();
     r.odometry_ms_p95 = json.at("odometry_ms_p95").get<double>();

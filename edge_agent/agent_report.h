@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -20,7 +21,13 @@ struct AgentReport {
   uint32_t chains = 0, relocalised = 0;  ///< starts without a link; times it found back to a known place
   uint64_t uplink_bytes = 0, tile_bytes_received = 0, tiles_received = 0;
   uint64_t tiles_held = 0, surfels_held = 0;
-  MapId map;  ///< the robot's map as it was last told; empty if never
+  uint32_t registrations = 0;                             ///< against the tiles held, weighed in
+  std::map<std::string, uint32_t> registrations_refused;  ///< by reason
+  uint32_t recognised = 0, taken_back = 0;  ///< times a lost robot found itself in the tiles; and had been mistaken
+  double corrected_m_mean = 0, corrected_m_worst = 0;  ///< how far a registration moved the live pose
+  double registration_ms_median = 0, registration_ms_worst = 0;
+  uint64_t tiles_forgotten = 0;  ///< for want of room
+  MapId map;                     ///< the robot's map as it was last told; empty if never
   double odometry_ms_median = 0, odometry_ms_p95 = 0, odometry_ms_worst = 0;
   double duration_s = 0;  ///< from the first tracked frame's stamp to the last one's
   std::vector<FrameRecord> trajectory;

@@ -86,6 +86,14 @@ Json robotJson(const AgentReport& report, const RunContent& content, const MapId
       {"tiles_held", report.tiles_held},
       {"surfels_held", report.surfels_held},
       {"downlink_bytes", report.tile_bytes_received},
+      {"localizer",
+       {{"registrations", report.registrations},
+        {"refused", report.registrations_refused},
+        {"corrected_m", {{"mean", report.corrected_m_mean}, {"worst", report.corrected_m_worst}}},
+        {"registration_ms", {{"median", report.registration_ms_median}, {"worst", report.registration_ms_worst}}},
+        {"recognised", report.recognised},
+        {"taken_back", report.taken_back},
+        {"tiles_forgotten", report.tiles_forgotten}}},
       {"ate_rmse_m", nullptr},
       {"map", map}};
 }

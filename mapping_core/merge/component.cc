@@ -78,8 +78,4 @@ size_t ComponentSet::rootOf(size_t index) const {
   return index;
 }
 
-MapId mapIdOf(const KeyframeId& anchor) {
-  return anchor.robot + "-" + std::to_string(anchor.session) + "-" + std::to_string(anchor.sequence);
-}
-
 }  // namespace comap

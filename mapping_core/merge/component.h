@@ -42,7 +42,4 @@ class ComponentSet {
   std::vector<KeyframeId> anchor_of_root_;  // valid at roots
 };
 
-/// The name of the map anchored at `anchor`: "robot-session-sequence".
-MapId mapIdOf(const KeyframeId& anchor);
-
 }  // namespace comap

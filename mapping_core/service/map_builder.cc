@@ -78,24 +78,50 @@ Result<void> MapBuilder::place(const Keyframe& keyframe, uint32_t robot_index) {
 }
 
 Result<std::vector<MatchVerdict>> MapBuilder::match(const Keyframe& keyframe) {
-  const std::vector<Candidate> candidates =
-      search_.search(keyframe.id, keyframe.fern_code, [&](const KeyframeId& other) {
-        const bool own = components_.together(other, keyframe.id) && !watch_.inDoubt(other, keyframe.id);
-        return own ? Kinship::kOwn : Kinship::kForeign;
-      });
+  std::vector<Candidate> candidates = search_.search(keyframe.id, keyframe.fern_code, [&](const KeyframeId& other) {
+    const bool own = components_.together(other, keyframe.id) && !watch_.inDoubt(other, keyframe.id);
+    return own ? Kinship::kOwn : Kinship::kForeign;
+  });
+  // A robot that recognised another map's surface says where to look; what it believes is verified as all else is.
+  if (keyframe.believed) {
+    const auto others = othersIn(keyframe.believed->map, keyframe.id);
+    const auto near = search_.around(keyframe.fern_code, keyframe.believed->T_map_cam, others, candidates);
+    candidates.insert(candidates.end(), near.begin(), near.end());
+  }
   std::vector<MatchVerdict> verdicts;
   const auto query = shelf_.view(keyframe.id);
   if (!query) return query.error();
   for (const Candidate& candidate : candidates) {
     const auto view = shelf_.view(candidate.id);
     if (!view) return view.error();
-    auto verdict =
-        verifier_.verify(**query, **view, surfels_.at(components_.anchorOf(candidate.id)), T_map_cam_.at(candidate.id));
+    const KeyframeId anchor = components_.anchorOf(candidate.id);
+    const Pose& T_map_candidate = T_map_cam_.at(candidate.id);
+    std::optional<Pose> T_candidate_believed;
+    if (keyframe.believed && keyframe.believed->map == mapIdOf(anchor))
+      T_candidate_believed = T_map_candidate.inverse() * keyframe.believed->T_map_cam;
+    auto verdict = verifier_.verify(**query, **view, surfels_.at(anchor), T_map_candidate, T_candidate_believed);
     if (!verdict) return verdict.error();
     verdict->fern_dissimilarity = candidate.dissimilarity;
     verdicts.push_back(std::move(*verdict));
   }
   return verdicts;
+}
+
+// The keyframes of a map, if that is another than the one `id` is in.
+std::vector<std::pair<KeyframeId, Pose>> MapBuilder::othersIn(const MapId& map, const KeyframeId& id) const {
+  std::vector<std::pair<KeyframeId, Pose>> others;
+  for (const KeyframeId& anchor : components_.anchors()) {
+    if (mapIdOf(anchor) != map || components_.anchorOf(id) == anchor) continue;
+    for (const KeyframeId& member : components_.members(anchor)) others.emplace_back(member, T_map_cam_.at(member));
+  }
+  return others;
+}
+
+std::vector<TilePlace> MapBuilder::placesOf(const KeyframeId& anchor) const {
+  std::vector<TilePlace> places;
+  for (const KeyframeId& id : components_.members(anchor))
+    if (const FernCode* code = search_.code(id)) places.push_back({T_map_cam_.at(id), *code});
+  return places;
 }
 
 Result<void> MapBuilder::storePoses() {

@@ -106,6 +106,8 @@ class MapBuilder {
   std::vector<Confirmation> onProbation() const { return watch_.open(); }
   const ComponentSet& components() const { return components_; }
   const std::map<KeyframeId, Pose>& poses() const { return T_map_cam_; }
+  /// The views that the map anchored at `anchor` was made from, in order of their names.
+  std::vector<TilePlace> placesOf(const KeyframeId& anchor) const;
   /// The surfels of the map anchored at `anchor`.
   SurfelMap& surfels(const KeyframeId& anchor) { return surfels_.at(anchor); }
 
@@ -118,6 +120,7 @@ class MapBuilder {
 
   Result<void> place(const Keyframe& keyframe, uint32_t robot_index);
   Result<std::vector<MatchVerdict>> match(const Keyframe& keyframe);
+  std::vector<std::pair<KeyframeId, Pose>> othersIn(const MapId& map, const KeyframeId& id) const;
   Result<void> connect(const MatchVerdict& verdict, MapChange& change);
   Result<void> propose(const MatchVerdict& verdict, MapChange& change);
   Result<void> close(const Closure& closure, MapChange& change);

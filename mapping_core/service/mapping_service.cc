@@ -7,6 +7,7 @@
 #include "mapping_core/ferns/fern_book.h"
 #include "mapping_core/service/map_finish.h"
 #include "mapping_core/tiles/tile_builder.h"
+#include "mapping_core/tiles/tile_places.h"
 #include "protocol/codec/codec.h"
 
 namespace comap {
@@ -252,7 +253,9 @@ Result<void> MappingService::handleInterest(const Delivery& delivery) {
   if (record == nullptr || !record->correction) return {};
   record->interest = *interest;
   Downlink& downlink = downlinks_[interest->robot];
-  const MapId& map = record->correction->map;
+  // A robot may know better where it is than the graph does yet: in a part of the joint map that it has recognised.
+  const bool elsewhere = interest->at && tiles_.holds(interest->at->map);
+  const MapId map = elsewhere ? interest->at->map : record->correction->map;
   if (downlink.map != map) downlink = Downlink{map, 0, {}};
   ++downlink.interests;
 
@@ -266,7 +269,7 @@ Result<void> MappingService::handleInterest(const Delivery& delivery) {
   held.clear();
   for (const auto& [key, revision] : known) held.push_back({key, revision});
 
-  const Pose T_map_cam = record->correction->T_map_odom * interest->T_odom_cam;
+  const Pose T_map_cam = elsewhere ? interest->at->T_map_cam : record->correction->T_map_odom * interest->T_odom_cam;
   const size_t budget = static_cast<size_t>(interest->budget_bytes_per_s / kInterestsPerSecond);
   for (const Tile& tile : tiles_.lacking(map, T_map_cam.translation(), interest->radius_m, held, budget)) {
     const auto encoded = encodeTile(tile);
@@ -285,7 +288,9 @@ Result<void> MappingService::refreshTilesOf(const KeyframeId& anchor) {
   options.min_confidence = options_.mapping.fusion.stable_confidence;
   options.spacing_m = options_.tile_spacing_m;
   const MapId map = mapIdOf(anchor);
-  tiles_.update(map, buildTiles(map, *surfels, options));
+  std::vector<Tile> tiles = buildTiles(map, *surfels, options);
+  addPlaces(map, builder_.placesOf(anchor), tiles_.tiles(map), PlaceOptions{}, tiles);
+  tiles_.update(map, std::move(tiles));
   unpublished_.erase(anchor);
   return {};
 }

@@ -9,13 +9,18 @@ namespace {
 
 constexpr size_t kBytesPerSurfel = 14;
 constexpr size_t kBytesPerTile = 64;  // key, revision, framing
+constexpr size_t kBytesPerPose = 70;  // of a place
 
 TileKey firstKeyOf(const MapId& map) {
   constexpr int32_t kLow = std::numeric_limits<int32_t>::min();
   return {map, kLow, kLow, kLow};
 }
 
-size_t sizeOnTheWire(const Tile& tile) { return kBytesPerTile + kBytesPerSurfel * tile.surfels.size(); }
+size_t sizeOnTheWire(const Tile& tile) {
+  size_t bytes = kBytesPerTile + kBytesPerSurfel * tile.surfels.size();
+  for (const TilePlace& place : tile.places) bytes += kBytesPerPose + place.code.codes.size() * 5 / 8;
+  return bytes;
+}
 
 Eigen::Vector3d cornerOf(const TileKey& key) { return Eigen::Vector3d(key.x, key.y, key.z) * double{kTileEdge_m}; }
 
@@ -37,20 +42,21 @@ size_t TileIndex::update(const MapId& map, std::vector<Tile> tiles) {
   size_t changed = 0;
   std::set<TileKey> present;
   for (Tile& tile : tiles) {
-    if (tile.surfels.empty()) continue;
+    if (tile.empty()) continue;
     tile.key.map = map;
     present.insert(tile.key);
     Tile& current = tiles_[tile.key];
-    if (current.surfels == tile.surfels) continue;
+    if (current.surfels == tile.surfels && current.places == tile.places) continue;
     tile.revision = next;
     current = std::move(tile);
     ++changed;
   }
   for (auto at = tiles_.lower_bound(firstKeyOf(map)); at != tiles_.end() && at->first.map == map; ++at) {
     Tile& tile = at->second;
-    if (tile.surfels.empty() || present.contains(at->first)) continue;
+    if (tile.empty() || present.contains(at->first)) continue;
     tile.surfels.clear();
     tile.surfels.shrink_to_fit();
+    tile.places.clear();
     tile.revision = next;
     ++changed;
   }
@@ -74,7 +80,7 @@ std::vector<Tile> TileIndex::lacking(const MapId& map, const Eigen::Vector3d& po
     const auto found = tiles_.find(key);
     if (found == tiles_.end()) {
       removals.push_back({key, revision_, {}});
-    } else if (found->second.surfels.empty()) {
+    } else if (found->second.empty()) {
       removals.push_back(found->second);
     }
   }
@@ -85,7 +91,7 @@ std::vector<Tile> TileIndex::lacking(const MapId& map, const Eigen::Vector3d& po
   };
   std::vector<Candidate> candidates;
   for (auto at = tiles_.lower_bound(firstKeyOf(map)); at != tiles_.end() && at->first.map == map; ++at) {
-    if (at->second.surfels.empty() || !(distanceToTile(at->first, position_m) <= radius_m)) continue;
+    if (at->second.empty() || !(distanceToTile(at->first, position_m) <= radius_m)) continue;
     const auto known = held_revision.find(at->first);
     if (known != held_revision.end() && known->second == at->second.revision) continue;
     candidates.push_back({distanceToCentre(at->first, position_m), &at->second});
@@ -110,10 +116,15 @@ std::vector<Tile> TileIndex::lacking(const MapId& map, const Eigen::Vector3d& po
   return result;
 }
 
+bool TileIndex::holds(const MapId& map) const {
+  const auto at = tiles_.lower_bound(firstKeyOf(map));
+  return at != tiles_.end() && at->first.map == map;
+}
+
 std::vector<Tile> TileIndex::tiles(const MapId& map) const {
   std::vector<Tile> result;
   for (auto at = tiles_.lower_bound(firstKeyOf(map)); at != tiles_.end() && at->first.map == map; ++at) {
-    if (!at->second.surfels.empty()) result.push_back(at->second);
+    if (!at->second.empty()) result.push_back(at->second);
   }
   return result;
 }

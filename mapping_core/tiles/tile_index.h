@@ -28,6 +28,8 @@ class TileIndex {
   std::vector<Tile> lacking(const MapId& map, const Eigen::Vector3d& position_m, double radius_m,
                             std::span<const HeldTile> held, size_t budget_bytes) const;
 
+  /// Whether there is any tile of `map`, removals included.
+  bool holds(const MapId& map) const;
   std::vector<Tile> tiles(const MapId& map) const;
   uint64_t revision() const { return revision_; }
 

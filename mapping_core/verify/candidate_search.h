@@ -2,18 +2,23 @@
 #pragma once
 
 #include <functional>
+#include <map>
+#include <span>
 #include <vector>
 
 #include "mapping_core/ferns/place_index.h"
 #include "protocol/types/keyframe.h"
+#include "protocol/types/pose.h"
 
 namespace comap {
 
 struct SearchOptions {
-  size_t candidates = 3;            ///< per keyframe in other maps
-  size_t loop_candidates = 2;       ///< per keyframe in its own map
-  double max_dissimilarity = 0.45;  ///< of fern codes
-  uint32_t loop_gap = 20;           ///< keyframes of one robot nearer in sequence are neighbours, not loops
+  size_t candidates = 3;                        ///< per keyframe in other maps
+  size_t loop_candidates = 2;                   ///< per keyframe in its own map
+  double max_dissimilarity = 0.45;              ///< of fern codes
+  size_t believed_candidates = 2;               ///< per keyframe that says where it believes to be in another map
+  double believed_m = 1.0, believed_rad = 0.6;  ///< those stand no farther from there
+  uint32_t loop_gap = 20;                       ///< keyframes of one robot nearer in sequence are neighbours, not loops
 };
 
 /// How a keyframe relates to the one that asks.
@@ -39,10 +44,20 @@ class CandidateSearch {
   std::vector<Candidate> search(const KeyframeId& id, const FernCode& code,
                                 const std::function<Kinship(const KeyframeId& other)>& kinship) const;
 
+  /// Of `others` (which stand at these poses in one map) those that stand nearest to T_map_cam, nearest first: where
+  /// a robot believes to be. None that search() found already (`found`).
+  std::vector<Candidate> around(const FernCode& code, const Pose& T_map_cam,
+                                std::span<const std::pair<KeyframeId, Pose>> others,
+                                std::span<const Candidate> found) const;
+
+  /// The code of a keyframe that was added; null if it was not.
+  const FernCode* code(const KeyframeId& id) const;
+
  private:
   SearchOptions options_;
   PlaceIndex places_;
   std::vector<KeyframeId> ids_;  // by place
+  std::map<KeyframeId, FernCode> codes_;
 };
 
 }  // namespace comap

@@ -1,15 +1,16 @@
 #include "mapping_core/verify/match_verifier.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <vector>
 
+#include "mapping_core/rgbd/appearance.h"
 #include "mapping_core/rgbd/depth_agreement.h"
 #include "mapping_core/rgbd/seeded_alignment.h"
-#include "mapping_core/verify/appearance.h"
 
 namespace comap {
-Alignment MatchVerifier::alignCoarse(const KeyframeView& query, const KeyframeView& candidate) {
+Alignment MatchVerifier::alignCoarse(const KeyframeView& query, const KeyframeView& candidate,
+                                     const std::optional<Pose>& T_candidate_believed) {
   AlignmentOptions options;
   options.noise = options_.noise;
   options.iterations = {20, 10};
@@ -17,13 +18,15 @@ Alignment MatchVerifier::alignCoarse(const KeyframeView& query, const KeyframeVi
   options.distance_gate_m = 0.15f;
   options.coarse_extra_sigma_m = 0.08f;
   const double a = options_.seed_rad;
-  const std::array<Pose, 7> seeds = {Pose(),       turned(0, a), turned(0, -a), turned(0, 2 * a), turned(0, -2 * a),
-                                     turned(a, 0), turned(-a, 0)};
+  std::vector<Pose> seeds = {Pose(),       turned(0, a), turned(0, -a), turned(0, 2 * a), turned(0, -2 * a),
+                             turned(a, 0), turned(-a, 0)};
+  if (T_candidate_believed) seeds.push_back(*T_candidate_believed);
   return alignFromSeeds(candidate.coarse, query.pyramid, seeds, options, workspace_);
 }
 
 Result<MatchVerdict> MatchVerifier::verify(const KeyframeView& query, const KeyframeView& candidate, SurfelMap& map,
-                                           const Pose& T_map_candidate) {
+                                           const Pose& T_map_candidate,
+                                           const std::optional<Pose>& T_candidate_believed) {
   MatchVerdict verdict;
   verdict.query = query.id;
   verdict.candidate = candidate.id;
@@ -32,7 +35,7 @@ Result<MatchVerdict> MatchVerifier::verify(const KeyframeView& query, const Keyf
     return verdict;
   };
 
-  const Alignment coarse = alignCoarse(query, candidate);
+  const Alignment coarse = alignCoarse(query, candidate, T_candidate_believed);
   verdict.T_candidate_query = coarse.T_ref_cur;
   verdict.inlier_ratio = coarse.inlier_ratio;
   verdict.rms_sigma = coarse.solved ? coarse.rms_sigma : 0;

@@ -2,6 +2,8 @@
 // candidate's map, both ways, and gates that do not depend on the number of pixels.
 #pragma once
 
+#include <optional>
+
 #include "mapping_core/rgbd/alignment.h"
 #include "mapping_core/surfels/surfel_map.h"
 #include "mapping_core/verify/keyframe_view.h"
@@ -32,12 +34,14 @@ class MatchVerifier {
   explicit MatchVerifier(const VerifierOptions& options) : options_(options) {}
 
   /// Verifies that `query` sees what `candidate` saw. `map` is the surfel map that holds the candidate, which stands
-  /// at T_map_candidate in it. Every outcome is a verdict; an error is only a failing device.
+  /// at T_map_candidate in it. Every outcome is a verdict; an error is only a failing device. `T_candidate_believed`,
+  /// if given, is one more pose of the query to start from; what it ends at passes the same gates.
   Result<MatchVerdict> verify(const KeyframeView& query, const KeyframeView& candidate, SurfelMap& map,
-                              const Pose& T_map_candidate);
+                              const Pose& T_map_candidate, const std::optional<Pose>& T_candidate_believed = {});
 
  private:
-  Alignment alignCoarse(const KeyframeView& query, const KeyframeView& candidate);
+  Alignment alignCoarse(const KeyframeView& query, const KeyframeView& candidate,
+                        const std::optional<Pose>& T_candidate_believed);
 
   VerifierOptions options_;
   PointResiduals workspace_;

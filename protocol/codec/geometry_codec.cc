@@ -29,6 +29,17 @@ Result<Pose> readPose(const v1::Pose& from, const std::string& field) {
   return Pose(rotation, translation);
 }
 
+void write(const MapPose& pose, v1::MapPose* to) {
+  to->set_map(pose.map);
+  write(pose.T_map_cam, to->mutable_t_map_cam());
+}
+
+Result<MapPose> readMapPose(const v1::MapPose& from, const std::string& field) {
+  const auto T_map_cam = readPose(from.t_map_cam(), field + ".T_map_cam");
+  if (!T_map_cam) return T_map_cam.error();
+  return MapPose{from.map(), *T_map_cam};
+}
+
 void write(const KeyframeId& id, v1::KeyframeId* to) {
   to->set_robot(id.robot);
   to->set_session(id.session);

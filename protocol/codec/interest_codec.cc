@@ -15,6 +15,7 @@ codec::Check check(const Interest& interest) {
       .pose("T_odom_cam", interest.T_odom_cam)
       .range("radius_m", interest.radius_m, 0, kMaxTranslation_m)
       .count("held", interest.held.size(), kMaxHeldTiles);
+  if (interest.at) check.map("at.map", interest.at->map).pose("at.T_map_cam", interest.at->T_map_cam);
   if (!check.ok()) return check;
   for (const HeldTile& tile : interest.held) check.map("held.map", tile.key.map);
   return check;
@@ -30,6 +31,7 @@ Result<std::vector<uint8_t>> encodeInterest(const Interest& interest) {
   codec::write(interest.T_odom_cam, message.mutable_t_odom_cam());
   message.set_radius_m(interest.radius_m);
   message.set_budget_bytes_per_s(interest.budget_bytes_per_s);
+  if (interest.at) codec::write(*interest.at, message.mutable_at());
   v1::HeldTiles* run = nullptr;
   for (const HeldTile& tile : interest.held) {
     if (run == nullptr || run->map() != tile.key.map) {
@@ -49,8 +51,13 @@ Result<Interest> decodeInterest(std::span<const uint8_t> bytes) {
   if (!message) return message.error();
   const auto T_odom_cam = codec::readPose(message->t_odom_cam(), "interest: T_odom_cam");
   if (!T_odom_cam) return T_odom_cam.error();
-  Interest interest{
-      message->robot(), message->session(), *T_odom_cam, message->radius_m(), message->budget_bytes_per_s(), {}};
+  Interest interest{message->robot(), message->session(), *T_odom_cam, message->radius_m(),
+                    message->budget_bytes_per_s()};
+  if (message->has_at()) {
+    auto at = codec::readMapPose(message->at(), "interest: at");
+    if (!at) return at.error();
+    interest.at = std::move(*at);
+  }
   size_t count = 0;
   for (const v1::HeldTiles& run : message->held()) {
     if (run.y_size() != run.x_size() || run.z_size() != run.x_size() || run.revision_size() != run.x_size()) {

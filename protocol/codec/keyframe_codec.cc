@@ -26,6 +26,8 @@ codec::Check checkScalars(const Keyframe& keyframe) {
   const uint32_t most_skipped = std::min(keyframe.id.sequence, kMaxSkipped);
   check.that(keyframe.skipped <= most_skipped, "skipped",
              "is " + std::to_string(keyframe.skipped) + ", expected at most " + std::to_string(most_skipped));
+  if (keyframe.believed)
+    check.map("believed.map", keyframe.believed->map).pose("believed.T_map_cam", keyframe.believed->T_map_cam);
   if (keyframe.linked) {
     check.pose("T_link_this", keyframe.T_link_this).information("information", keyframe.information);
     check.that(keyframe.linked_to < keyframe.id.sequence, "linked_to",
@@ -74,8 +76,13 @@ Result<Keyframe> readAllButImages(const v1::Keyframe& message) {
   }
   keyframe.inlier_ratio = message.inlier_ratio();
   keyframe.skipped = message.skipped();
+  if (message.has_believed()) {
+    auto believed = codec::readMapPose(message.believed(), "keyframe: believed");
+    if (!believed) return believed.error();
+    keyframe.believed = std::move(*believed);
+  }
   if (const auto checked = checkScalars(keyframe); !checked.ok()) return checked.error(ErrorCode::kBadData);
-  auto fern_code = codec::readFernCode(message.fern_code());
+  auto fern_code = codec::readFernCode(message.fern_code(), "keyframe: fern_code");
   if (!fern_code) return fern_code.error();
   keyframe.fern_code = std::move(*fern_code);
   return keyframe;
@@ -105,7 +112,8 @@ Result<std::vector<uint8_t>> encodeKeyframe(const Keyframe& keyframe, int jpeg_q
   codec::write(keyframe.camera, message.mutable_camera());
   message.set_colour(colour->data(), colour->size());
   message.set_depth(depth->data(), depth->size());
-  if (const auto written = codec::write(keyframe.fern_code, message.mutable_fern_code()); !written) {
+  if (const auto written = codec::write(keyframe.fern_code, message.mutable_fern_code(), "keyframe: fern_code");
+      !written) {
     return written.error();
   }
   codec::write(keyframe.T_odom_cam, message.mutable_t_odom_cam());
@@ -121,6 +129,7 @@ Result<std::vector<uint8_t>> encodeKeyframe(const Keyframe& keyframe, int jpeg_q
   }
   message.set_inlier_ratio(keyframe.inlier_ratio);
   message.set_skipped(keyframe.skipped);
+  if (keyframe.believed) codec::write(*keyframe.believed, message.mutable_believed());
   return codec::serialise(message, "keyframe", kMaxLargeMessageBytes);
 }
 

@@ -9,6 +9,7 @@ inline constexpr int kMinImageSide = 16, kMaxImageSide = 4096;  ///< pixels
 inline constexpr size_t kMaxFerns = 4000;
 inline constexpr uint32_t kMaxSkipped = 60000;  ///< sequences before a keyframe that never come
 inline constexpr size_t kMaxTileSurfels = size_t{1} << 20;
+inline constexpr size_t kMaxTilePlaces = 256;
 inline constexpr size_t kMaxHeldTiles = size_t{1} << 15;
 inline constexpr size_t kMaxAlsoHeld = size_t{1} << 16;
 inline constexpr size_t kMaxMergeRobots = 256;

@@ -5,6 +5,8 @@
 #include "comap/v1/tile.pb.h"
 #include "protocol/codec/checks.h"
 #include "protocol/codec/envelope.h"
+#include "protocol/codec/fern_code_codec.h"
+#include "protocol/codec/geometry_codec.h"
 #include "protocol/codec/limits.h"
 #include "protocol/codec/section.h"
 
@@ -15,7 +17,25 @@ constexpr size_t kSurfelBytes = 14;
 constexpr int kZstdLevel = 3;
 
 codec::Check check(const Tile& tile) {
-  return codec::Check("tile").map("map", tile.key.map).count("surfels", tile.surfels.size(), kMaxTileSurfels);
+  codec::Check check("tile");
+  check.map("map", tile.key.map)
+      .count("surfels", tile.surfels.size(), kMaxTileSurfels)
+      .count("places", tile.places.size(), kMaxTilePlaces);
+  for (const TilePlace& place : tile.places) check.pose("places.T_map_cam", place.T_map_cam);
+  return check;
+}
+
+Result<void> readPlaces(const v1::Tile& message, std::vector<TilePlace>& places) {
+  const auto sized = codec::Check("tile").count("places", static_cast<size_t>(message.places_size()), kMaxTilePlaces);
+  if (!sized.ok()) return sized.error(ErrorCode::kBadData);
+  for (const v1::TilePlace& from : message.places()) {
+    const auto T_map_cam = codec::readPose(from.t_map_cam(), "tile: places.T_map_cam");
+    if (!T_map_cam) return T_map_cam.error();
+    auto code = codec::readFernCode(from.code(), "tile: places.code");
+    if (!code) return code.error();
+    places.push_back({*T_map_cam, std::move(*code)});
+  }
+  return {};
 }
 
 std::array<uint8_t, kSurfelBytes> toBytes(const TileSurfel& s) {
@@ -65,13 +85,20 @@ Result<std::vector<uint8_t>> encodeTile(const Tile& tile) {
     const std::vector<uint8_t> packed = codec::compress(toColumns(tile.surfels), kZstdLevel);
     message.set_surfels(packed.data(), packed.size());
   }
+  for (const TilePlace& place : tile.places) {
+    v1::TilePlace* to = message.add_places();
+    codec::write(place.T_map_cam, to->mutable_t_map_cam());
+    if (const auto written = codec::write(place.code, to->mutable_code(), "tile: places.code"); !written)
+      return written.error();
+  }
   return codec::serialise(message, "tile", kMaxLargeMessageBytes);
 }
 
 Result<Tile> decodeTile(std::span<const uint8_t> bytes) {
   const auto message = codec::parse<v1::Tile>(bytes, "tile", kMaxLargeMessageBytes);
   if (!message) return message.error();
-  Tile tile{{message->map(), message->x(), message->y(), message->z()}, message->revision(), {}};
+  Tile tile{{message->map(), message->x(), message->y(), message->z()}, message->revision()};
+  if (const auto read = readPlaces(*message, tile.places); !read) return read.error();
   const size_t count = message->surfel_count();
   const auto sized = check(tile).count("surfel_count", count, kMaxTileSurfels);
   if (!sized.ok()) return sized.error(ErrorCode::kBadData);

@@ -4,6 +4,10 @@
 
 namespace comap {
 
+MapId mapIdOf(const KeyframeId& anchor) {
+  return anchor.robot + "-" + std::to_string(anchor.session) + "-" + std::to_string(anchor.sequence);
+}
+
 std::string toString(const KeyframeId& id) {
   return id.robot + "/" + std::to_string(id.session) + "/" + std::to_string(id.sequence);
 }

@@ -21,6 +21,9 @@ std::string toString(const KeyframeId& id);
 /// A map's name: that of the keyframe its frame of reference is fixed to.
 using MapId = std::string;
 
+/// The name of the map that is anchored at this keyframe: "robot-session-sequence".
+MapId mapIdOf(const KeyframeId& anchor);
+
 /// Robot names are 1-32 characters of [a-z0-9_-]; empty string if `name` is one, else what is wrong with it.
 std::string robotNameProblem(const std::string& name);
 

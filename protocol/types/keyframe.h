@@ -3,22 +3,15 @@
 
 #include <array>
 #include <cstdint>
-#include <vector>
+#include <optional>
 
+#include "protocol/types/fern_code.h"
 #include "protocol/types/ids.h"
 #include "protocol/types/image.h"
+#include "protocol/types/map_pose.h"
 #include "protocol/types/pose.h"
 
 namespace comap {
-
-/// One randomised-fern code of an image: per fern 4 bits (R, G, B, depth above their thresholds), or kBad where the
-/// pixel has no depth. Codes are comparable only if made with one book: `book_hash` says which.
-struct FernCode {
-  static constexpr uint8_t kBad = 0xff;
-  uint64_t book_hash = 0;
-  std::vector<uint8_t> codes;  ///< one per fern, 0..15 or kBad
-  bool operator==(const FernCode&) const = default;
-};
 
 inline constexpr int kHitBlock = 4;
 
@@ -49,6 +42,9 @@ struct Keyframe {
   /// How many sequences right before this one do not exist: the robot dropped them for want of room, and tied what
   /// was linked to them to the keyframes before.
   uint32_t skipped = 0;
+  /// Where the robot believes this camera to stand in a map that no edge of its own ties it to: it has recognised the
+  /// map's surface. A hint where to look for a match, no measurement.
+  std::optional<MapPose> believed;
 };
 
 }  // namespace comap

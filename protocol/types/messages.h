@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "protocol/types/ids.h"
+#include "protocol/types/map_pose.h"
 #include "protocol/types/pose.h"
 #include "protocol/types/tile.h"
 
@@ -51,7 +53,9 @@ struct Interest {
   Pose T_odom_cam;
   double radius_m = 0;
   uint32_t budget_bytes_per_s = 0;
-  std::vector<HeldTile> held;
+  std::vector<HeldTile> held = {};
+  /// The map and place that tiles are wanted for, where it is another than the last correction and T_odom_cam tell.
+  std::optional<MapPose> at = {};
 };
 
 enum class TrackingState : uint8_t { kOk = 0, kPoor = 1, kLost = 2 };

@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "protocol/types/fern_code.h"
 #include "protocol/types/ids.h"
+#include "protocol/types/pose.h"
 
 namespace comap {
 
@@ -18,7 +20,7 @@ struct TileKey {
   auto operator<=>(const TileKey&) const = default;
 };
 
-/// One quantised surfel, 14 bytes on the wire; see tiles/tile_builder for the way back to metres.
+/// One quantised surfel, 14 bytes on the wire; see tile_quantisation.h for the way back to metres.
 struct TileSurfel {
   uint16_t x = 0, y = 0, z = 0;  ///< position in the tile, 65536 steps an edge
   uint8_t normal_u = 0, normal_v = 0;  ///< octahedral
@@ -29,11 +31,24 @@ struct TileSurfel {
   bool operator==(const TileSurfel&) const = default;
 };
 
-/// A tile at one revision; no surfels means: removed.
+/// A view that some robot had from within the cube. What another one sees can be compared with its code, and, if that
+/// is like it, with the surfels as seen from its pose.
+struct TilePlace {
+  Pose T_map_cam;
+  FernCode code;
+  bool operator==(const TilePlace& other) const {
+    return T_map_cam.translation() == other.T_map_cam.translation() &&
+           T_map_cam.rotation().coeffs() == other.T_map_cam.rotation().coeffs() && code == other.code;
+  }
+};
+
+/// A tile at one revision.
 struct Tile {
   TileKey key;
   uint64_t revision = 0;
-  std::vector<TileSurfel> surfels;
+  std::vector<TileSurfel> surfels = {};
+  std::vector<TilePlace> places = {};
+  bool empty() const { return surfels.empty() && places.empty(); }  ///< means: removed
   bool operator==(const Tile&) const = default;
 };
 

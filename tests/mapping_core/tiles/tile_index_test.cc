@@ -119,5 +119,24 @@ TEST(TileIndex, aRobotThatAppliesWhatItIsSentEndsWithTheMap) {
   }
 }
 
+TEST(TileIndex, ATileOfPlacesAloneIsNotARemoval) {
+  TileIndex index;
+  Tile tile;
+  tile.key = {"m", 0, 0, 0};
+  tile.places.push_back({Pose(), {7, std::vector<uint8_t>(500, 1)}});
+  EXPECT_EQ(index.update("m", {tile}), 1u);
+  EXPECT_EQ(index.update("m", {tile}), 0u) << "nothing has changed";
+  EXPECT_TRUE(index.holds("m"));
+  EXPECT_FALSE(index.holds("l"));
+  const auto sent = index.lacking("m", Eigen::Vector3d::Zero(), 5, {}, 1 << 20);
+  ASSERT_EQ(sent.size(), 1u);
+  EXPECT_FALSE(sent[0].empty());
+  EXPECT_EQ(index.update("m", {}), 1u);
+  const std::vector<HeldTile> held{{tile.key, sent[0].revision}};
+  const auto removed = index.lacking("m", Eigen::Vector3d::Zero(), 5, held, 1 << 20);
+  ASSERT_EQ(removed.size(), 1u);
+  EXPECT_TRUE(removed[0].empty());
+}
+
 }  // namespace
 }  // namespace comap

@@ -19,6 +19,7 @@ Interest sample(samples::Random& random, int tiles) {
     interest.held.push_back(
         {{map, coordinate(), coordinate(), coordinate()}, static_cast<uint64_t>(samples::uniform(random, 0, 3000))});
   }
+  if (tiles % 2 == 1) interest.at = MapPose{maps[0], samples::pose(random)};
   return interest;
 }
 
@@ -35,6 +36,11 @@ TEST(InterestCodec, RoundTripKeepsTheOrder) {
     EXPECT_TRUE(samples::near(back->T_odom_cam, interest.T_odom_cam));
     EXPECT_EQ(back->radius_m, interest.radius_m);
     EXPECT_EQ(back->budget_bytes_per_s, interest.budget_bytes_per_s);
+    ASSERT_EQ(back->at.has_value(), interest.at.has_value());
+    if (interest.at) {
+      EXPECT_EQ(back->at->map, interest.at->map);
+      EXPECT_TRUE(samples::near(back->at->T_map_cam, interest.at->T_map_cam));
+    }
     ASSERT_EQ(back->held.size(), interest.held.size());
     for (size_t k = 0; k < interest.held.size(); ++k) {
       EXPECT_EQ(back->held[k].key, interest.held[k].key);
@@ -68,6 +74,15 @@ TEST(InterestCodec, RefusesARadiusThatIsNone) {
     interest.radius_m = radius;
     EXPECT_FALSE(encodeInterest(interest)) << radius;
   }
+}
+
+TEST(InterestCodec, RefusesAPlaceThatIsNone) {
+  samples::Random random(6);
+  Interest interest = sample(random, 1);
+  interest.at->map = "no map";
+  EXPECT_THAT(encodeInterest(interest).error().text, HasSubstr("at.map"));
+  interest.at = MapPose{"m", Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 2e6, 0))};
+  EXPECT_THAT(encodeInterest(interest).error().text, HasSubstr("at.T_map_cam"));
 }
 
 TEST(InterestCodec, SurvivesHostileBytes) {

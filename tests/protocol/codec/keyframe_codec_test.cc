@@ -14,6 +14,7 @@ TEST(KeyframeCodec, RoundTrip) {
   for (int i = 0; i < 20; ++i) {
     Keyframe keyframe = samples::keyframe(random, 64 + i, 48 + 2 * i);
     keyframe.linked = i % 3 != 0;
+    if (i % 2 == 0) keyframe.believed = MapPose{samples::map(random), samples::pose(random)};
     keyframe.fern_code.codes.resize(static_cast<size_t>(i * 31), FernCode::kBad);
     const auto bytes = encodeKeyframe(keyframe);
     ASSERT_TRUE(bytes) << bytes.error().text;
@@ -29,6 +30,11 @@ TEST(KeyframeCodec, RoundTrip) {
     EXPECT_TRUE(samples::near(back->T_odom_cam, keyframe.T_odom_cam));
     EXPECT_EQ(back->linked, keyframe.linked);
     EXPECT_EQ(back->inlier_ratio, keyframe.inlier_ratio);
+    ASSERT_EQ(back->believed.has_value(), keyframe.believed.has_value());
+    if (keyframe.believed) {
+      EXPECT_EQ(back->believed->map, keyframe.believed->map);
+      EXPECT_TRUE(samples::near(back->believed->T_map_cam, keyframe.believed->T_map_cam));
+    }
     if (keyframe.linked) {
       EXPECT_EQ(back->linked_to, keyframe.linked_to);
       EXPECT_TRUE(samples::near(back->T_link_this, keyframe.T_link_this));

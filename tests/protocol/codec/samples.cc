@@ -49,6 +49,14 @@ Tile tile(Random& random, size_t surfels) {
                             byte(a, 6), byte(a, 7), byte(b, 0), byte(b, 1), byte(b, 2), byte(b, 3), byte(b, 4),
                             byte(b, 5)});
   }
+  for (int i = 0; i < static_cast<int>(surfels % 7); ++i) {
+    TilePlace& place = tile.places.emplace_back();
+    place.T_map_cam = pose(random);
+    place.code.book_hash = random();
+    place.code.codes.resize(500);
+    for (uint8_t& code : place.code.codes)
+      code = uniform(random, 0, 9) == 0 ? FernCode::kBad : static_cast<uint8_t>(uniform(random, 0, 15));
+  }
   return tile;
 }
 

@@ -1,4 +1,4 @@
-#include "mapping_core/verify/appearance.h"
+#include "mapping_core/rgbd/appearance.h"
 
 #include <gtest/gtest.h>
 

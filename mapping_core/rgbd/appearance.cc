@@ -1,4 +1,4 @@
-#include "mapping_core/verify/appearance.h"
+#include "mapping_core/rgbd/appearance.h"
 
 #include <Eigen/Core>
 #include <algorithm>

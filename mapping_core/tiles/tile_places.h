@@ -1,0 +1,26 @@
+// Which of a map's keyframes go to robots as places that they may find themselves at.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "protocol/types/tile.h"
+
+namespace comap {
+
+/// A view is left out if one of its cube that is kept already looks the same way from nearly the same point, and if
+/// the cube holds `most_per_tile`.
+struct PlaceOptions {
+  double apart_m = 0.25, apart_rad = 0.26;
+  size_t most_per_tile = 32;
+  /// A place that tiles hold already keeps its pose there until its keyframe is farther from it than this: it is a
+  /// start for an alignment, and not worth a new tile each time the graph stirs.
+  double still_m = 0.03, still_rad = 0.02;
+};
+
+/// Adds `views` of the tiles' map to `tiles`, in their order; cubes without surfels get tiles of their own. `current`
+/// are the tiles of before. Views without a code are left out.
+void addPlaces(const MapId& map, std::span<const TilePlace> views, std::span<const Tile> current,
+               const PlaceOptions& options, std::vector<Tile>& tiles);
+
+}  // namespace comap
