@@ -7,7 +7,7 @@
 
 #include "protocol/codec/codec.h"
 #include "protocol/link/loopback_link.h"
-#include "tests/scenes/scene.h"
+#include "tests/scenes/scene_tiles.h"
 
 namespace comap {
 namespace {
@@ -26,7 +26,7 @@ class WalkSource final : public FrameSource {
     if (i >= frames_) return std::optional<Frame>();
     if (i == damaged_) return Error{ErrorCode::kBadData, "frame 7 is damaged"};
     const int step = carried_off && i >= blank_to_ ? i - blank_to_ : i;
-    const Pose T_world_cam(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.02 * step, 0, 0));
+    const Pose T_world_cam = turned_away && i >= blank_to_ ? away(i - blank_to_) : ahead(step);
     const int64_t set_back_ns = i >= clock_set_back_at ? 3'600'000'000'000ll : 0;
     Frame frame = scene_.render(smallCamera(), T_world_cam, i * 33'000'000ll - set_back_ns);
     if (i >= blank_from_ && i < blank_to_) {
@@ -38,7 +38,14 @@ class WalkSource final : public FrameSource {
   size_t size() const override { return static_cast<size_t>(frames_); }
   std::string description() const override { return "walk"; }
 
-  bool carried_off = false;
+  static Pose ahead(int step) { return {Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.02 * step, 0, 0)}; }
+  // In another part of the room, which the walk never sees.
+  static Pose away(int step) {
+    return {Eigen::Quaterniond(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitY())),
+            Eigen::Vector3d(0.5 - 0.02 * step, 0, 0)};
+  }
+
+  bool carried_off = false, turned_away = false;
   int clock_set_back_at = 1 << 30;  // by an hour
 
  private:
@@ -293,6 +300,52 @@ TEST_F(AgentTest, CorrectionsAndTilesOfItsMapAreKept) {
   correct("joint", 3);
   ASSERT_TRUE(agent.exchange(milliseconds(0)));
   EXPECT_TRUE(agent.tiles().tiles().empty());
+}
+
+TEST_F(AgentTest, CarriedOffToWhereOnlyOthersHaveBeenItFindsItselfInTheMapAndSaysSo) {
+  WalkSource source(70, 12, 32, -1);
+  source.turned_away = true;
+  Agent agent = makeAgent(source);
+  std::vector<Keyframe> keyframes;
+  ASSERT_TRUE(agent.hello());
+  serve(keyframes);
+  ASSERT_TRUE(agent.exchange(milliseconds(0)));
+  // The core has the robot in a map of which others have seen both parts.
+  const Correction correction{"r", kSession, "m", Pose(), 1};
+  ASSERT_TRUE(core_->publish(Topic::kCorrection, "r", *encodeCorrection(correction)));
+  ASSERT_TRUE(agent.exchange(milliseconds(0)));
+  std::vector<Pose> views;
+  for (int i = 0; i < 40; i += 8) views.insert(views.end(), {WalkSource::ahead(i), WalkSource::away(i)});
+  for (const Tile& tile : sceneTiles(Scene::room(), views, "m"))
+    ASSERT_TRUE(core_->publish(Topic::kTile, "r", *encodeTile(tile)));
+  ASSERT_TRUE(agent.exchange(milliseconds(0)));
+  ASSERT_FALSE(agent.tiles().tiles().empty());
+
+  std::optional<int> found;
+  for (int i = 0; i < 70; ++i) {
+    ASSERT_TRUE(agent.takeFrame());
+    ASSERT_TRUE(agent.exchange(milliseconds(0)));
+    serve(keyframes);
+    const LivePose live = agent.livePose();
+    if (i < 12) {
+      EXPECT_EQ(live.state, MapState::kPlaced);
+    }
+    if (i < 32 || live.state != MapState::kRecognised) continue;
+    if (!found) found = i - 32;
+    const Pose error = WalkSource::away(i - 32).inverse() * live.T_map_cam_exact;
+    EXPECT_LT(error.translation().norm(), 0.03) << i;
+    EXPECT_LT(error.angle(), 0.02) << i;
+  }
+  ASSERT_TRUE(found);
+  EXPECT_LT(*found, 30) << "a second";
+  EXPECT_EQ(agent.localizer().statistics().recognised, 1u);
+  ASSERT_TRUE(agent.closeKeyframe());
+  ASSERT_TRUE(agent.exchange(milliseconds(0)));
+  serve(keyframes);
+  size_t believed = 0;
+  for (const Keyframe& keyframe : keyframes) believed += keyframe.believed && keyframe.believed->map == "m";
+  EXPECT_GE(believed, 1u);
+  EXPECT_FALSE(keyframes.front().believed) << "the core knew that one";
 }
 
 TEST_F(AgentTest, DamagedMessagesArePassedOver) {
