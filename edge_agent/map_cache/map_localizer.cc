@@ -180,9 +180,10 @@ LivePose MapLocalizer::live() const {
   pose.state = state_;
   pose.map = cache_.map();
   pose.covariance = filter_.covariance();
-  if (state_ == MapState::kAstray && own_chain_) {
-    pose.map = own_chain_->map;
-    pose.T_map_cam = pose.T_map_cam_exact = own_chain_->T_map_odom * T_odom_cam_;
+  pose.hypothesis = believed();
+  if (state_ == MapState::kAstray || state_ == MapState::kRecognised) {
+    pose.map = own_chain_ ? own_chain_->map : MapId();
+    pose.T_map_cam = pose.T_map_cam_exact = own_chain_ ? own_chain_->T_map_odom * T_odom_cam_ : T_odom_cam_;
     return pose;
   }
   pose.T_map_cam = T_map_odom_smooth_ * T_odom_cam_;

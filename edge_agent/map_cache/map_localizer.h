@@ -43,10 +43,15 @@ enum class MapState : uint8_t {
 /// What the robot believes at this moment, for consumers.
 struct LivePose {
   MapState state = MapState::kUnplaced;
+  /// That the core has named: while astray or recognised, of the new chain by itself. Empty if it has named none yet;
+  /// the poses are then in the odometry frame.
   MapId map;
   Pose T_map_cam;                              ///< smooth: without jumps while the robot stays in one place
   Pose T_map_cam_exact;                        ///< the best estimate
-  Matrix6d covariance = Matrix6d::Identity();  ///< of the exact one, T_map_cam_exact exp(xi)
+  Matrix6d covariance = Matrix6d::Identity();  ///< of the exact one when placed, T_map_cam_exact exp(xi)
+  /// Recognised: where the robot takes itself to be. One robot's views cannot tell a place from its twin; the core
+  /// holds more against it, and until it has joined the maps this is no place to act on.
+  std::optional<MapPose> hypothesis;
 };
 
 struct LocalizerStatistics {
@@ -69,7 +74,8 @@ class MapLocalizer {
   /// Whether search() is worth calling: the robot is lost, or its chain is not tied to the map, and there are tiles.
   bool searches(bool lost) const;
   /// Looks for the view in the tiles, now and then, until one seems to be found, then each time. True once that is
-  /// confirmed: live() is in the map again. Call before track(); a lost robot begins a chain with this frame.
+  /// confirmed by later views: a hypothesis that the core is told, see believed(). Call before track(); a lost robot
+  /// begins a chain with this frame.
   bool search(const Pyramid& live, const FernCode& code, const Pose& T_odom_cam);
 
   /// A keyframe was made. `chain` names the map it would begin, if it is tied to none before it; else empty.

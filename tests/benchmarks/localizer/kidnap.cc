@@ -72,20 +72,23 @@ Result<KidnapOutcome> measureKidnap(gpu::Device& device, const KidnapOptions& op
       outcome.search_ms_worst = std::max(outcome.search_ms_worst, took.count());
       // Until it has noticed that it was carried off, it believes to be where it was.
       const bool noticed = agent.statistics().chains > 1 || live.state != MapState::kPlaced;
-      const bool believes =
-          noticed && live.map == map && (live.state == MapState::kRecognised || live.state == MapState::kPlaced);
-      if (believes && agent.tracking() != TrackingState::kLost) {
+      const bool placed = live.map == map && live.state == MapState::kPlaced;
+      if (noticed && (placed || live.hypothesis) && agent.tracking() != TrackingState::kLost) {
         const auto T_world_cam = truth->at(source.original_ns());
         if (!T_world_cam) return T_world_cam.error();
-        const Pose error = (T_world_map->inverse() * *T_world_cam).inverse() * live.T_map_cam_exact;
+        const Pose error = (T_world_map->inverse() * *T_world_cam).inverse() *
+                           (placed ? live.T_map_cam_exact : live.hypothesis->T_map_cam);
         const bool right = error.translation().norm() < kRight_m && error.angle() * 180 / M_PI < kRight_deg;
         if (options.verbose)
           std::cerr << "frame " << outcome.frames << " state " << static_cast<int>(live.state) << " error "
                     << error.translation().norm() << " m " << error.angle() * 180 / M_PI << " deg\n";
         if (outcome.recognised_after < 0) outcome.recognised_after = outcome.frames;
-        if (live.state == MapState::kPlaced && outcome.joined_after < 0) outcome.joined_after = outcome.frames;
+        if (placed && outcome.joined_after < 0) outcome.joined_after = outcome.frames;
         if (right) errors.push_back(error.translation().norm());
-        ++(right ? outcome.right : outcome.wrong);
+        if (placed)
+          ++(right ? outcome.right : outcome.wrong);
+        else
+          ++(right ? outcome.hypothesis_right : outcome.hypothesis_wrong);
       }
     }
     if (auto served = fleet.serve(**robot); !served) return served.error();

@@ -19,10 +19,11 @@ struct KidnapOptions {
 };
 
 struct KidnapOutcome {
-  int frames = 0;             ///< after it was carried off
-  int recognised_after = -1;  ///< frames, -1 = not
-  int right = 0, wrong = 0;   ///< frames in which it believed a place in the map: within 0.1 m and 5 degrees, or not
-  double error_m = 0;         ///< median of the right ones
+  int frames = 0;                                  ///< after it was carried off
+  int recognised_after = -1;                       ///< frames, -1 = not: a hypothesis
+  int hypothesis_right = 0, hypothesis_wrong = 0;  ///< frames: within 0.1 m and 5 degrees, or not
+  int right = 0, wrong = 0;                        ///< the same of frames placed in the map, with the core's word
+  double error_m = 0;                              ///< median of the right ones
   int taken_back = 0;
   int joined_after = -1;  ///< frames until the core has joined the new chain to the map
   double search_ms_worst = 0;

@@ -42,8 +42,10 @@ void print(const KidnapOptions& options, const KidnapOutcome& o) {
   if (o.recognised_after < 0) {
     fmt::print("not recognised in {} frames", o.frames);
   } else {
-    fmt::print("recognised after {} frames, right in {} (median error {:.4f} m), wrong in {}", o.recognised_after,
-               o.right, o.error_m, o.wrong);
+    fmt::print(
+        "recognised after {} frames: right in {}, wrong in {}; placed: right in {}, wrong in {} (median error {:.4f} "
+        "m)",
+        o.recognised_after, o.hypothesis_right, o.hypothesis_wrong, o.right, o.wrong, o.error_m);
   }
   if (o.taken_back > 0) fmt::print(", taken back {} times", o.taken_back);
   if (o.joined_after < 0) {
