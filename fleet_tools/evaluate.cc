@@ -5,6 +5,9 @@
 #include <fstream>
 #include <set>
 
+#include "fleet_tools/surface_seen.h"
+#include "mapping_core/store/map_store.h"
+#include "protocol/codec/keyframe_codec.h"
 #include "protocol/types/ids.h"
 
 namespace comap {
@@ -16,6 +19,7 @@ using nlohmann::json;
 constexpr uintmax_t kMaxReport_bytes = uintmax_t{64} << 20;
 
 std::string reportPath(const std::string& run) { return (fs::path(run) / "report.json").string(); }
+std::string storePath(const std::string& run) { return (fs::path(run) / "map.comap").string(); }
 
 Result<json> readReport(const std::string& run) {
   const std::string path = reportPath(run);
@@ -52,7 +56,40 @@ std::string apart(const std::map<std::string, RobotEvaluation>& robots) {
   return maps.size() == 1 ? "" : "the robots are in " + std::to_string(maps.size()) + " maps: " + list;
 }
 
+// Which points of the true surface the keyframes of the evaluated map have measured; none without a store.
+Result<std::vector<uint8_t>> seenByKeyframes(const std::string& run, const MapId& map, const Pose& T_truth_map,
+                                             const PlyPoints& surface, int threads) {
+  const std::string path = storePath(run);
+  std::error_code problem;
+  if (!fs::exists(path, problem)) return std::vector<uint8_t>();
+  auto store = MapStore::open(path, MapStore::Mode::kReadOnly);
+  if (!store) return store.error();
+  const auto keyframes = store->keyframes();
+  if (!keyframes) return keyframes.error();
+  SurfaceSeen seen(surface.positions);
+  for (const StoredKeyframe& stored : *keyframes) {
+    if (stored.map != map) continue;
+    const auto encoded = store->encodedKeyframe(stored.id);
+    if (!encoded) return encoded.error();
+    const auto keyframe = decodeKeyframe(*encoded);
+    if (!keyframe) {
+      return Error{keyframe.error().code, path + ": keyframe " + toString(stored.id) + ": " + keyframe.error().text};
+    }
+    seen.add(keyframe->camera, keyframe->depth, T_truth_map * stored.T_map_cam, threads);
+  }
+  return seen.seen();
+}
+
 Result<void> evaluateSurface(const std::string& run, const RunTruth& truth, int threads, RunEvaluation& evaluation) {
+  const std::string path = (fs::path(run) / "map.ply").string();
+  std::error_code problem;
+  std::optional<PlyPoints> map;
+  if (fs::exists(path, problem)) {
+    auto read = readPly(path);
+    if (!read) return read.error();
+    map = std::move(*read);
+    if (!map->positions.empty()) evaluation.doubles = findDoubles(*map, threads);
+  }
   if (truth.surface.empty()) {
     evaluation.surface_reason = "no true surface given";
     return {};
@@ -64,13 +101,15 @@ Result<void> evaluateSurface(const std::string& run, const RunTruth& truth, int 
     evaluation.surface_reason = "no alignment: " + evaluation.joint_reason;
     return {};
   }
-  auto map = readPly((fs::path(run) / "map.ply").string());
-  if (!map) return map.error();
+  if (!map) return Error{ErrorCode::kUnreachable, path + ": does not exist"};
   if (map->positions.empty()) {
     evaluation.surface_reason = "map.ply holds no point";
     return {};
   }
-  evaluation.surface = scoreSurface(*map, evaluation.joint->T_truth_estimate, *surface, threads);
+  const Pose& T_truth_map = evaluation.joint->T_truth_estimate;
+  const auto seen = seenByKeyframes(run, evaluation.robots.begin()->second.map, T_truth_map, *surface, threads);
+  if (!seen) return seen.error();
+  evaluation.surface = scoreSurface(*map, T_truth_map, *surface, threads, *seen);
   return {};
 }
 
@@ -130,7 +169,7 @@ Result<RunEvaluation> evaluateRun(const std::string& run, const RunTruth& truth,
     }
   }
   if (auto surface = evaluateSurface(run, truth, threads, evaluation); !surface) return surface.error();
-  const std::string store = (fs::path(run) / "map.comap").string();
+  const std::string store = storePath(run);
   std::error_code problem;
   if (!fs::exists(store, problem)) {
     evaluation.closures_reason = "there is no store " + store;
@@ -172,11 +211,13 @@ Result<json> updateReport(const std::string& run, const RunEvaluation& evaluatio
     report["surface"] = {{"accuracy_mean_m", s.accuracy_mean_m},   {"accuracy_median_m", s.accuracy_median_m},
                          {"accuracy_p90_m", s.accuracy_p90_m},     {"point_mean_m", s.point_mean_m},
                          {"completeness_2cm", s.completeness_2cm}, {"map_points", s.map_points},
-                         {"truth_points", s.truth_points}};
+                         {"truth_points", s.truth_points},         {"truth_points_seen", s.truth_points_seen}};
+    report["surface"]["completeness_seen_2cm"] = s.truth_points_seen ? json(s.completeness_seen_2cm) : json(nullptr);
   } else {
     report["surface"] = nullptr;
     report["surface_reason"] = evaluation.surface_reason;
   }
+  report["double_surface"] = evaluation.doubles ? json(evaluation.doubles->share()) : json(nullptr);
 
   report.erase("closures_reason");
   report["closures"] = evaluation.closures ? toJson(*evaluation.closures) : json(nullptr);

@@ -9,6 +9,7 @@
 
 #include "fleet_tools/evaluate_closures.h"
 #include "fleet_tools/metrics.h"
+#include "fleet_tools/metrics_doubles.h"
 #include "fleet_tools/metrics_surface.h"
 
 namespace comap {
@@ -34,7 +35,8 @@ struct RunEvaluation {
   std::optional<Ate> joint;
   std::string joint_reason;  ///< why there is no joint ATE
   std::optional<SurfaceScore> surface;
-  std::string surface_reason;  ///< why there is none
+  std::string surface_reason;            ///< why there is none
+  std::optional<DoubleSurface> doubles;  ///< none without run/map.ply
   std::optional<ClosureScore> closures;
   std::string closures_reason;  ///< why there is none
 };
@@ -44,8 +46,8 @@ struct RunTruth {
   std::string surface;                              ///< PLY, empty = none
 };
 
-/// Reads run/report.json, run/<robot>.trajectory.txt for each robot of `truth`, run/map.comap if there is one, and
-/// run/map.ply if a surface is given.
+/// Reads run/report.json, run/<robot>.trajectory.txt for each robot of `truth`, run/map.comap and run/map.ply
+/// if there are.
 /// Robots share the joint alignment only if the report has them in one map; else joint and surface are left out, with
 /// the reason. Surface points are aligned by the joint alignment.
 Result<RunEvaluation> evaluateRun(const std::string& run, const RunTruth& truth, int threads);

@@ -84,11 +84,16 @@ void printRun(const RunEvaluation& evaluation) {
   }
   if (evaluation.surface) {
     const auto& s = *evaluation.surface;
-    std::printf("surface      accuracy %.4f m mean, %.4f median, %.4f at 90 %%; completeness within 2 cm %.1f %%\n",
+    std::printf("surface      accuracy %.4f m mean, %.4f median, %.4f at 90 %%; completeness within 2 cm %.1f %%",
                 s.accuracy_mean_m, s.accuracy_median_m, s.accuracy_p90_m, 100 * s.completeness_2cm);
+    if (s.truth_points_seen > 0) std::printf(" (%.1f %% of what the keyframes saw)", 100 * s.completeness_seen_2cm);
+    std::printf("\n");
   } else {
     std::printf("surface      none: %s\n", evaluation.surface_reason.c_str());
   }
+  if (evaluation.doubles)
+    std::printf("double walls %.2f %% of the map's surface lies 1 to 3 cm behind another\n",
+                100 * evaluation.doubles->share());
   if (evaluation.closures) {
     printClosures(*evaluation.closures);
   } else {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nanoflann.hpp>
 #include <vector>
 
+#include "fleet_tools/point_tree.h"
 #include "fleet_tools/synth_parallel.h"
 
 namespace comap {
@@ -12,25 +12,14 @@ namespace {
 
 using Eigen::Vector3f;
 
-struct Cloud {
-  const std::vector<Vector3f>& points;
-  size_t kdtree_get_point_count() const { return points.size(); }
-  float kdtree_get_pt(size_t i, size_t axis) const { return points[i][static_cast<Eigen::Index>(axis)]; }
-  template <class Box>
-  bool kdtree_get_bbox(Box&) const {
-    return false;
-  }
-};
-using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Cloud>, Cloud, 3>;
-
 struct Nearest {
   size_t index = 0;
   float distance_m = 0;
 };
 
 std::vector<Nearest> nearestOf(const std::vector<Vector3f>& queries, const std::vector<Vector3f>& points, int threads) {
-  const Cloud cloud{points};
-  const Tree tree(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(16));
+  const PointCloud cloud{points};
+  const PointTree tree(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(16));
   std::vector<Nearest> result(queries.size());
   constexpr size_t kBatch = 4096;
   const int batches = static_cast<int>((queries.size() + kBatch - 1) / kBatch);
@@ -47,6 +36,39 @@ std::vector<Nearest> nearestOf(const std::vector<Vector3f>& queries, const std::
   return result;
 }
 
+float distanceToDisc(const Vector3f& query, const Vector3f& centre, const Vector3f& normal, float radius) {
+  const Vector3f offset = query - centre;
+  const float height = normal.dot(offset);
+  const float beyond = std::max(0.0f, std::sqrt(std::max(0.0f, offset.squaredNorm() - height * height)) - radius);
+  return std::sqrt(height * height + beyond * beyond);
+}
+
+// Which of the truth's points that have no map point near lie near a map point's disc.
+std::vector<uint8_t> nearDisc(const std::vector<Vector3f>& queries, const std::vector<Nearest>& nearest,
+                              const std::vector<Vector3f>& centres, const PlyPoints& map, const Eigen::Matrix3f& R,
+                              int threads) {
+  std::vector<uint8_t> result(queries.size(), 0);
+  if (map.radii.empty() || map.normals.empty()) return result;
+  const PointCloud cloud{centres};
+  const PointTree tree(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(16));
+  const float largest = *std::max_element(map.radii.begin(), map.radii.end()) + kCompleteWithin_m;
+  constexpr size_t kBatch = 4096;
+  parallelFor(static_cast<int>((queries.size() + kBatch - 1) / kBatch), threads, [&](int batch) {
+    const size_t first = static_cast<size_t>(batch) * kBatch;
+    std::vector<std::pair<uint32_t, float>> near;
+    const nanoflann::SearchParams unsorted(32, 0, false);
+    for (size_t i = first; i < std::min(queries.size(), first + kBatch); ++i) {
+      if (nearest[i].distance_m <= kCompleteWithin_m || nearest[i].distance_m > largest) continue;
+      tree.radiusSearch(queries[i].data(), largest * largest, near, unsorted);
+      result[i] = std::any_of(near.begin(), near.end(), [&](const auto& n) {
+        return distanceToDisc(queries[i], centres[n.first], R * map.normals[n.first], map.radii[n.first]) <=
+               kCompleteWithin_m;
+      });
+    }
+  });
+  return result;
+}
+
 double quantile(const std::vector<float>& sorted, double share) {
   const auto last = static_cast<double>(sorted.size() - 1);
   const auto low = static_cast<size_t>(share * last);
@@ -57,7 +79,8 @@ double quantile(const std::vector<float>& sorted, double share) {
 
 }  // namespace
 
-SurfaceScore scoreSurface(const PlyPoints& map, const Pose& T_truth_map, const PlyPoints& truth, int threads) {
+SurfaceScore scoreSurface(const PlyPoints& map, const Pose& T_truth_map, const PlyPoints& truth, int threads,
+                          std::span<const uint8_t> seen) {
   std::vector<Vector3f> aligned;
   aligned.reserve(map.positions.size());
   for (const auto& p : map.positions) aligned.push_back((T_truth_map * p.cast<double>()).cast<float>());
@@ -86,11 +109,23 @@ SurfaceScore scoreSurface(const PlyPoints& map, const Pose& T_truth_map, const P
   score.accuracy_median_m = quantile(errors, 0.5);
   score.accuracy_p90_m = quantile(errors, 0.9);
 
-  size_t complete = 0;
-  for (const auto& nearest : nearestOf(truth.positions, aligned, threads)) {
-    complete += nearest.distance_m <= kCompleteWithin_m ? 1 : 0;
+  size_t complete = 0, complete_seen = 0, covered_seen = 0;
+  const auto to_map = nearestOf(truth.positions, aligned, threads);
+  const Eigen::Matrix3f R_truth_map = T_truth_map.rotationMatrix().cast<float>();
+  const auto on_disc = nearDisc(truth.positions, to_map, aligned, map, R_truth_map, threads);
+  for (size_t i = 0; i < to_map.size(); ++i) {
+    const bool covered = to_map[i].distance_m <= kCompleteWithin_m, was_seen = !seen.empty() && seen[i] != 0;
+    complete += covered;
+    score.truth_points_seen += was_seen;
+    complete_seen += covered && was_seen;
+    covered_seen += (covered || on_disc[i] != 0) && was_seen;
   }
   score.completeness_2cm = static_cast<double>(complete) / static_cast<double>(truth.positions.size());
+  if (score.truth_points_seen > 0) {
+    const auto all = static_cast<double>(score.truth_points_seen);
+    score.completeness_seen_2cm = static_cast<double>(complete_seen) / all;
+    score.covered_seen_2cm = static_cast<double>(covered_seen) / all;
+  }
   return score;
 }
 

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <span>
 
 #include "fleet_tools/ply.h"
 #include "protocol/types/pose.h"
@@ -16,12 +18,16 @@ inline constexpr float kCompleteWithin_m = 0.02f;
 
 struct SurfaceScore {
   double accuracy_mean_m = 0, accuracy_median_m = 0, accuracy_p90_m = 0;  ///< over map points
-  double point_mean_m = 0;      ///< over map points, plain distance to the nearest truth point
-  double completeness_2cm = 0;  ///< share of truth points with a map point within 2 cm
-  size_t map_points = 0, truth_points = 0;
+  double point_mean_m = 0;           ///< over map points, plain distance to the nearest truth point
+  double completeness_2cm = 0;       ///< share of truth points with a map point within 2 cm
+  double completeness_seen_2cm = 0;  ///< the same of those that were seen
+  double covered_seen_2cm = 0;       ///< of those, the share within 2 cm of a map point's disc; 0 without radii
+  size_t map_points = 0, truth_points = 0, truth_points_seen = 0;
 };
 
-/// `T_truth_map` brings the map's points into the truth's frame. Neither cloud may be empty.
-SurfaceScore scoreSurface(const PlyPoints& map, const Pose& T_truth_map, const PlyPoints& truth, int threads);
+/// `T_truth_map` brings the map's points into the truth's frame. Neither cloud may be empty. `seen`: one per truth
+/// point, not 0 = seen; empty = not known, then truth_points_seen is 0.
+SurfaceScore scoreSurface(const PlyPoints& map, const Pose& T_truth_map, const PlyPoints& truth, int threads,
+                          std::span<const uint8_t> seen = {});
 
 }  // namespace comap

@@ -33,7 +33,7 @@ constexpr KindName kKinds[] = {{"char", Kind::kInt8, 1},     {"int8", Kind::kInt
                                {"float", Kind::kFloat, 4},   {"float32", Kind::kFloat, 4}, {"double", Kind::kDouble, 8},
                                {"float64", Kind::kDouble, 8}};
 
-// Where a vertex property goes: 0-2 position, 3-5 normal, -1 nowhere.
+// Where a vertex property goes: 0-2 position, 3-5 normal, 6 radius, -1 nowhere.
 struct Property {
   Kind kind;
   size_t bytes;
@@ -44,13 +44,13 @@ struct Header {
   bool ascii = false;
   uint64_t vertices = 0;
   size_t stride = 0;
-  bool normals = false;
+  bool normals = false, radii = false;
   std::vector<Property> properties;
 };
 
 int targetOf(const std::string& name) {
-  constexpr const char* kNames[] = {"x", "y", "z", "nx", "ny", "nz"};
-  for (int i = 0; i < 6; ++i) {
+  constexpr const char* kNames[] = {"x", "y", "z", "nx", "ny", "nz", "radius"};
+  for (int i = 0; i < 7; ++i) {
     if (name == kNames[i]) return i;
   }
   return -1;
@@ -67,8 +67,8 @@ Result<void> readProperty(const std::string& path, std::istringstream& words, He
     if (type == known.name) kind = &known;
   }
   if (kind == nullptr || name.empty()) return bad(path, "vertex property '" + type + " " + name + "' is not known");
-  const int target = targetOf(name);
   const bool real = kind->kind == Kind::kFloat || kind->kind == Kind::kDouble;
+  const int target = name == "radius" && !real ? -1 : targetOf(name);
   if (target >= 0 && target < 3 && !real)
     return bad(path, "property " + name + " is " + type + ", expected float or double");
   if (target >= 3 && !real && kind->kind != Kind::kInt8) {
@@ -127,6 +127,7 @@ Result<Header> readHeader(const std::string& path, std::istream& file) {
       if ((found & 7u) != 7u) return bad(path, "vertices have no x, y and z");
       if ((found & 56u) != 0 && (found & 56u) != 56u) return bad(path, "normals are not complete (nx ny nz)");
       header.normals = (found & 56u) == 56u;
+      header.radii = (found & 64u) != 0;
       return header;
     }
   }
@@ -162,12 +163,16 @@ Result<void> keep(const std::string& path, const Header& header, const float* va
     const float length = normal.norm();
     points.normals.push_back(length > 1e-6f ? Vector3f(normal / length) : Vector3f::Zero());
   }
+  if (header.radii) {
+    if (!std::isfinite(values[6])) return bad(path, "radius of vertex " + std::to_string(number) + " is not finite");
+    points.radii.push_back(values[6]);
+  }
   return {};
 }
 
 Result<void> readBinary(const std::string& path, std::istream& file, const Header& header, PlyPoints& points) {
   std::vector<char> row(header.stride);
-  float values[6] = {};
+  float values[7] = {};
   for (uint64_t i = 0; i < header.vertices; ++i) {
     if (!file.read(row.data(), static_cast<std::streamsize>(row.size()))) {
       return bad(path, "ends after " + std::to_string(i) + " of " + std::to_string(header.vertices) + " vertices");
@@ -183,7 +188,7 @@ Result<void> readBinary(const std::string& path, std::istream& file, const Heade
 }
 
 Result<void> readAscii(const std::string& path, std::istream& file, const Header& header, PlyPoints& points) {
-  float values[6] = {};
+  float values[7] = {};
   std::string word;
   for (uint64_t i = 0; i < header.vertices; ++i) {
     for (const auto& property : header.properties) {

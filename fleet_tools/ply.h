@@ -26,14 +26,16 @@ Result<void> writePly(const std::string& path, std::span<const MapPoint> points)
 struct PlyPoints {
   std::vector<Eigen::Vector3f> positions;  ///< metres
   std::vector<Eigen::Vector3f> normals;    ///< unit or zero; empty if the file has none
+  std::vector<float> radii;                ///< metres; empty if the file has none
 };
 
 /// Writes positions and float normals only (x y z nx ny nz). `comment` is one line.
 Result<void> writePlySurface(const std::string& path, const PlyPoints& points, const std::string& comment);
 
 /// Reads the vertices of an ASCII or binary little-endian PLY: x y z float or double, and nx ny nz as float, double or
-/// int8 (divided by 127) if there. Other scalar properties are skipped, elements after the vertices are not read.
-/// kUnreachable: cannot be opened; kBadData: truncated, not finite, not a PLY, or of a kind not read.
+/// int8 (divided by 127) and radius as float or double if there. Other scalar properties are skipped, elements after
+/// the vertices are not read. kUnreachable: cannot be opened; kBadData: truncated, not finite, not a PLY, or of a kind
+/// not read.
 Result<PlyPoints> readPly(const std::string& path);
 
 }  // namespace comap

@@ -27,6 +27,9 @@ const float kSameSurfaceCosine = 0.5;   // 60 deg: the same surface, whatever it
 const float kFitCosine = 0.8775826;     // 0.5 rad
 const float kSeenThroughCosine = 0.2;   // surfels more slanted are not judged
 const int kSilhouette = 2;              // pixels around that must all lie behind
+const float kDoubleBehind = 0.035;      // m: a surface that far behind another, facing the same way, is a double
+const float kDoubleCosine = 0.866;      // 30 deg
+const float kDoubleFacing = 0.5;        // 60 deg
 const float kFootprint = 8.0;           // pixels
 const float kCovers = 0.7;              // of the squared radius: discs overlap, holes between three of them do not stay
 
@@ -43,6 +46,20 @@ bool seesThrough(ivec2 pixel, float z) {
     }
   }
   return through;
+}
+
+// True if all around the pixel something lies before depth z: no edge of a thin thing that lies on the surface.
+bool isHidden(ivec2 pixel, float z) {
+  bool hidden = true;
+  for (int y = -kSilhouette; y <= kSilhouette; y += kSilhouette) {
+    for (int x = -kSilhouette; x <= kSilhouette; x += kSilhouette) {
+      ivec2 at = pixel + ivec2(x, y);
+      bool inside = at.x >= 0 && at.y >= 0 && at.x < int(push.width) && at.y < int(push.height);
+      float d = inside ? inverse_depth[at.y * int(push.width) + at.x] : 0.0;
+      hidden = hidden && d * z > 1.0;
+    }
+  }
+  return hidden;
 }
 
 // Marks the pixels where new surfels could start and the disc already lies.
@@ -98,8 +115,16 @@ void visit(uint item) {
     bool through = false;
     if (maybe_through) through = seesThrough(pixel, position.z);
 
+    // Poses that disagree by some centimetres bring the same surface again: the old one stays alone until it has been
+    // contradicted often enough to go.
+    bool close = !supported && measured && in_range && abs(in_front) < kDoubleBehind && agreement > kDoubleCosine &&
+                 facing > kDoubleFacing;
+    bool hidden = false;
+    if (close && in_front < 0.0) hidden = isHidden(pixel, position.z);
+    if (close && place.w >= push.stable_confidence) cover(position, normal, shape.w, kDoubleBehind);
+
     if (supported) word = fits ? kSupported | kFits : kSupported;
-    else if (through) word = kViolated;
+    else if (through || hidden) word = kViolated;
     else if (measured && in_range && facing > kSeenThroughCosine && in_front > -gate) word = kMissed;
     word |= index << kPixelShift;
 

@@ -42,12 +42,13 @@ void update(uint i, uint index) {
   uvec4 look = looks[i];
   float precision_sum = uintBitsToFloat(records[i].x);
   vec4 m = measurements[index];
+  float frames = framesOf(colours[index]);
   vec2 pixel = vec2(index % push.width, index / push.width);
   vec3 position = toCamera(place.xyz);
   float radius = radiusOf(m.w, m.z);
   vec3 colour = colourOf(look);
   if (radius < 1.5 * shape.w) {
-    float weight = precisionOf(pixel, m.w);
+    float weight = precisionOf(pixel, m.w, frames);
     float share = weight / (min(precision_sum, push.averaging_limit) + weight);
     vec3 shift = m.xyz * dot(m.xyz, rayOf(pixel) * m.w - position);
     place.xyz += rotateToMap(shift) * share;
@@ -56,7 +57,7 @@ void update(uint i, uint index) {
     colour = mix(colour, interpolatedColour(project(position)), share);
     precision_sum += weight;
   }
-  place.w += confidenceOf(pixel, m.w);
+  place.w += confidenceOf(frames);
   places[i] = place;
   shapes[i] = shape;
   looks[i] = packLook(colour, observationsOf(look) + 1u, look.z, look.w | push.contributor);

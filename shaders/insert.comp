@@ -30,10 +30,10 @@ void write(uint slot, uint index) {
   vec2 pixel = vec2(index % push.width, index / push.width);
   uint c = colours[index];
   vec3 colour = vec3(c & 0xffu, c >> 8 & 0xffu, c >> 16 & 0xffu) * 256.0;
-  places[slot] = vec4(toMap(rayOf(pixel) * m.w), confidenceOf(pixel, m.w));
+  places[slot] = vec4(toMap(rayOf(pixel) * m.w), confidenceOf(framesOf(c)));
   shapes[slot] = vec4(rotateToMap(m.xyz), radiusOf(m.w, m.z));
   looks[slot] = packLook(colour, 1u, push.owner, push.contributor);
-  records[slot] = uvec2(floatBitsToUint(precisionOf(pixel, m.w)), 0u);
+  records[slot] = uvec2(floatBitsToUint(precisionOf(pixel, m.w, framesOf(c))), 0u);
 }
 
 void main() {

@@ -37,8 +37,8 @@ Result<void> MapSurfels::begin(const KeyframeId& anchor) {
 Result<void> MapSurfels::fuse(const Keyframe& keyframe, const KeyframeId& anchor, const Pose& T_map_cam) {
   Known& known = keyframes_.at(keyframe.id);
   const uint32_t contributor = 1u << (known.robot % 32);
-  const auto report =
-      maps_.at(anchor).fuse(keyframe.camera, keyframe.colour, keyframe.depth, T_map_cam, known.index, contributor);
+  const auto report = maps_.at(anchor).fuse(keyframe.camera, keyframe.colour, keyframe.depth, T_map_cam, known.index,
+                                            contributor, keyframe.depth_hits);
   if (!report) return report.error();
   known.anchor = anchor;
   known.T_map_cam = T_map_cam;

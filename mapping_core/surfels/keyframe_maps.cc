@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "protocol/types/keyframe.h"
+
 namespace comap {
 namespace {
 
@@ -48,7 +50,7 @@ Result<void> KeyframeMaps::reserve(gpu::Context& context, size_t count) {
   return {};
 }
 
-Result<void> KeyframeMaps::upload(const ColourImage& colour, const DepthImage& depth,
+Result<void> KeyframeMaps::upload(const ColourImage& colour, const DepthImage& depth, const Image<uint8_t>& depth_hits,
                                   const FusionParameters& parameters) {
   std::vector<float> inverse(depth.size());
   for (size_t i = 0; i < depth.size(); ++i) {
@@ -56,9 +58,14 @@ Result<void> KeyframeMaps::upload(const ColourImage& colour, const DepthImage& d
     inverse[i] = z >= parameters.depth_min_m && z <= parameters.depth_max_m ? 1.0f / z : 0.0f;
   }
   std::vector<uint32_t> packed(colour.size());
-  for (size_t i = 0; i < colour.size(); ++i) {
-    const Rgb c = colour.data()[i];
-    packed[i] = uint32_t{c.r} | uint32_t{c.g} << 8 | uint32_t{c.b} << 16;
+  for (int y = 0; y < colour.height(); ++y) {
+    const uint8_t* hits = depth_hits.empty() ? nullptr : &depth_hits.at(0, y / kHitBlock);
+    const size_t row = static_cast<size_t>(y) * static_cast<size_t>(colour.width());
+    for (int x = 0; x < colour.width(); ++x) {
+      const Rgb c = colour.at(x, y);
+      const uint32_t frames = hits ? hits[x / kHitBlock] : 1u;
+      packed[row + static_cast<size_t>(x)] = uint32_t{c.r} | uint32_t{c.g} << 8 | uint32_t{c.b} << 16 | frames << 24;
+    }
   }
   if (auto done = raw.write(inverse.data(), inverse.size() * sizeof(float)); !done) return done;
   return colours.write(packed.data(), packed.size() * sizeof(uint32_t));

@@ -12,14 +12,16 @@ struct KeyframeMaps {
   gpu::Buffer rows;          ///< float: filtered along rows
   gpu::Buffer filtered;      ///< float: filtered both ways
   gpu::Buffer measurements;  ///< vec4: normal in the camera's frame, depth in m or 0
-  gpu::Buffer colours;       ///< u32: r | g << 8 | b << 16
+  gpu::Buffer colours;       ///< u32: r | g << 8 | b << 16 | frames whose mean the depth is << 24
   gpu::Buffer winners;       ///< u32, see shaders/common/surfel.glsl
   gpu::Buffer covered;       ///< u32: 1 where no new surfel is needed
   size_t pixels = 0;
 
   /// Makes room for images of `count` pixels.
   Result<void> reserve(gpu::Context& context, size_t count);
-  Result<void> upload(const ColourImage& colour, const DepthImage& depth, const FusionParameters& parameters);
+  /// `depth_hits` as in Keyframe.
+  Result<void> upload(const ColourImage& colour, const DepthImage& depth, const Image<uint8_t>& depth_hits,
+                      const FusionParameters& parameters);
   void recordMeasure(gpu::Recorder& recorder, const SurfelKernels& kernels, const FramePush& frame) const;
 };
 

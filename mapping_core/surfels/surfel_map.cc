@@ -6,6 +6,7 @@
 #include "mapping_core/surfels/compaction.h"
 #include "mapping_core/surfels/fusion.h"
 #include "mapping_core/surfels/prediction.h"
+#include "protocol/types/keyframe.h"
 
 namespace comap {
 namespace {
@@ -52,7 +53,8 @@ SurfelMap& SurfelMap::operator=(SurfelMap&&) noexcept = default;
 SurfelMap::~SurfelMap() = default;
 
 Result<FusionReport> SurfelMap::fuse(const CameraModel& camera, const ColourImage& colour, const DepthImage& depth,
-                                     const Pose& T_map_cam, uint32_t owner, uint32_t robot_bit) {
+                                     const Pose& T_map_cam, uint32_t owner, uint32_t robot_bit,
+                                     const Image<uint8_t>& depth_hits) {
   State& s = *state_;
   if (auto done = checkCamera(camera, T_map_cam); !done) return done.error();
   const auto fits = [&](const auto& image) { return image.width() == camera.width && image.height() == camera.height; };
@@ -63,11 +65,19 @@ Result<FusionReport> SurfelMap::fuse(const CameraModel& camera, const ColourImag
                                            " pixels, expected the camera's " + std::to_string(camera.width) + " x " +
                                            std::to_string(camera.height)};
   }
+  const auto blocks = [](int pixels) { return (pixels + kHitBlock - 1) / kHitBlock; };
+  if (!depth_hits.empty() &&
+      (depth_hits.width() != blocks(camera.width) || depth_hits.height() != blocks(camera.height))) {
+    return Error{ErrorCode::kWrongUse, "keyframe has depth hits of " + std::to_string(depth_hits.width()) + " x " +
+                                           std::to_string(depth_hits.height()) + " blocks, expected " +
+                                           std::to_string(blocks(camera.width)) + " x " +
+                                           std::to_string(blocks(camera.height))};
+  }
   const size_t room = s.rows + mostInsertions(camera);
   if (auto done = s.streams.reserve(*s.context, room, s.rows); !done) return done.error();
   if (auto done = s.scratch.reserve(*s.context, s.streams.capacity); !done) return done.error();
   if (auto done = s.maps.reserve(*s.context, depth.size()); !done) return done.error();
-  if (auto done = s.maps.upload(colour, depth, s.parameters); !done) return done.error();
+  if (auto done = s.maps.upload(colour, depth, depth_hits, s.parameters); !done) return done.error();
 
   const FusionStep step{framePush(camera, T_map_cam, s.parameters), s.rows, owner, robot_bit};
   auto counts = fuseKeyframe(*s.context, s.kernels, s.streams, s.maps, s.scratch, s.parameters, step);

@@ -69,9 +69,10 @@ class SurfelMap {
   /// Fuses one keyframe: bilateral filter, measurements with normals, associate (each surfel with the pixel it falls
   /// on), update, insert, clean up, stable compaction (A measurement updates at most one surfel, a surfel takes at most
   /// one measurement.) `owner` = index of the keyframe, `robot_bit` = 1 << robot index. `colour` and `depth` are of the
-  /// camera's size.
+  /// camera's size; `depth_hits` (Keyframe::depth_hits) says how many frames agreed, empty = one.
   Result<FusionReport> fuse(const CameraModel& camera, const ColourImage& colour, const DepthImage& depth,
-                            const Pose& T_map_cam, uint32_t owner, uint32_t robot_bit);
+                            const Pose& T_map_cam, uint32_t owner, uint32_t robot_bit,
+                            const Image<uint8_t>& depth_hits = {});
 
   /// The map from a camera pose, by splatting discs.
   Result<PredictedView> predict(const CameraModel& camera, const Pose& T_map_cam, const PredictionOptions& options);

@@ -21,13 +21,16 @@ float radialWeightOf(vec2 pixel) {
 
 const float kReferenceDepth = 2.0;
 
-// What the measurement adds to a surfel's confidence.
-float confidenceOf(vec2 pixel, float z) {
-  return radialWeightOf(pixel) * clamp(sigmaOf(kReferenceDepth) / sigmaOf(z), 0.5, 1.0);
-}
+// Frames whose mean the measurement is, as the colour's word carries them, 1 to 10: what more of them say is the same.
+float framesOf(uint colour_word) { return float(clamp(colour_word >> 24, 1u, 10u)); }
 
-// Its weight in the running average: inverse variance, 1 at the reference depth.
-float precisionOf(vec2 pixel, float z) {
+// What the measurement adds to a surfel's confidence. A keyframe counts once, half as much again where eight frames
+// agree: then one is enough to be sure, else it takes two.
+float confidenceOf(float frames) { return 1.0 + (frames - 1.0) / 14.0; }
+
+// Its weight in the running average: inverse variance, 1 at the reference depth. Frames of one window share part of
+// their error.
+float precisionOf(vec2 pixel, float z, float frames) {
   float ratio = sigmaOf(kReferenceDepth) / sigmaOf(z);
-  return radialWeightOf(pixel) * clamp(ratio * ratio, 0.02, 8.0);
+  return radialWeightOf(pixel) * clamp(ratio * ratio, 0.02, 8.0) * (1.0 + (frames - 1.0) / 3.0);
 }

@@ -15,7 +15,7 @@ uvec4 packLook(vec3 colour, uint observations, uint owner, uint contributors) {
 const uint kSupported = 1u;  // its surface was measured
 const uint kFits = 2u;       // and its normal too: the measurement may update it
 const uint kMissed = 4u;     // its place was seen and something else was there
-const uint kViolated = 5u;   // the camera saw through it
+const uint kViolated = 5u;   // the camera saw through it, or saw the same surface shortly before it
 const uint kFlagMask = 7u;
 const uint kPixelShift = 3;
 

@@ -30,6 +30,19 @@ bool seesThrough(const View& view, const Image<float>& raw, int x, int y, float 
   return true;
 }
 
+bool isHidden(const Image<float>& raw, int x, int y, float z) {
+  for (int dy = -2; dy <= 2; dy += 2) {
+    for (int dx = -2; dx <= 2; dx += 2) {
+      if (!raw.contains(x + dx, y + dy) || raw.at(x + dx, y + dy) * z <= 1) return false;
+    }
+  }
+  return true;
+}
+
+float framesOf(const Image<uint8_t>& hits, int x, int y) {
+  return hits.empty() ? 1.0f : static_cast<float>(std::clamp(static_cast<int>(hits.at(x / 4, y / 4)), 1, 10));
+}
+
 void cover(const View& view, Image<uint8_t>& covered, const Image<Measurement>& measurements,
            const Eigen::Vector3f& position, const Eigen::Vector3f& normal, float radius, float gate) {
   const Eigen::Vector2f centre = view.project(position);
@@ -52,11 +65,11 @@ void cover(const View& view, Image<uint8_t>& covered, const Image<Measurement>& 
   }
 }
 
-void update(const View& view, Row& row, const Measurement& m, int x, int y, const ColourImage& colour) {
+void update(const View& view, Row& row, const Measurement& m, int x, int y, float frames, const ColourImage& colour) {
   const Eigen::Vector3f position = view.toCamera(row.position);
   const float radius = radiusOf(view, m.depth, m.normal.z());
   if (radius < 1.5f * row.radius) {
-    const float weight = precisionOf(view, x, y, m.depth);
+    const float weight = precisionOf(view, x, y, m.depth, frames);
     const float share = weight / (std::min(row.precision, view.parameters.averaging_limit) + weight);
     const Eigen::Vector3f seen = view.ray(static_cast<float>(x), static_cast<float>(y)) * m.depth;
     row.position += view.R_cam_map.transpose() * (m.normal * m.normal.dot(seen - position)) * share;
@@ -65,7 +78,7 @@ void update(const View& view, Row& row, const Measurement& m, int x, int y, cons
     row.colour = (1 - share) * row.colour + share * interpolated(colour, view.project(position));
     row.precision += weight;
   }
-  row.confidence += confidenceOf(view, x, y, m.depth);
+  row.confidence += confidenceOf(frames);
   ++row.observations;
 }
 
@@ -109,6 +122,9 @@ Association associate(const View& view, const std::vector<Row>& rows, const Imag
       supported = in_range && std::abs(in_front) < gate && normal.dot(m.normal) > 0.5f;
     }
     const bool stable = row.confidence >= view.parameters.stable_confidence;
+    const bool close = !supported && m.depth > 0 && in_range && std::abs(in_front) < 0.035f &&
+                       normal.dot(m.normal) > 0.866f && facing > 0.5f;
+    if (close && stable) cover(view, result.covered, measurements, position, normal, row.radius, 0.035f);
     if (supported) {
       result.matches[i] = Match::kSupported;
       cover(view, result.covered, measurements, position, normal, row.radius, gate);
@@ -125,6 +141,8 @@ Association associate(const View& view, const std::vector<Row>& rows, const Imag
     } else if (raw.at(x, y) > 0 && 1 / raw.at(x, y) > position.z() && std::abs(facing) > 0.2f &&
                seesThrough(view, raw, x, y, position.z())) {
       result.matches[i] = Match::kViolated;
+    } else if (close && in_front < 0 && isHidden(raw, x, y, position.z())) {
+      result.matches[i] = Match::kViolated;
     } else if (m.depth > 0 && in_range && facing > 0.2f && in_front > -gate) {
       result.matches[i] = Match::kMissed;
     }
@@ -133,7 +151,7 @@ Association associate(const View& view, const std::vector<Row>& rows, const Imag
 }
 
 FusionReport fuse(const View& view, std::vector<Row>& rows, const ColourImage& colour, const DepthImage& depth,
-                  uint32_t owner, uint32_t robot_bit) {
+                  const Image<uint8_t>& depth_hits, uint32_t owner, uint32_t robot_bit) {
   const FusionParameters& p = view.parameters;
   const Image<float> raw = inverseDepth(depth, p);
   const Image<Measurement> measurements = measure(view, filterDepth(filterDepth(raw, false, p), true, p));
@@ -150,7 +168,8 @@ FusionReport fuse(const View& view, std::vector<Row>& rows, const ColourImage& c
     if (match == Match::kViolated) row.violations = std::min(row.violations + 1, 255u);
     if (good && row.violations > 0) --row.violations;
     if (match == Match::kFits && isWinner(i)) {
-      update(view, row, measurements.data()[found.pixels[i]], found.pixels[i] % width, found.pixels[i] / width, colour);
+      const int x = found.pixels[i] % width, y = found.pixels[i] / width;
+      update(view, row, measurements.at(x, y), x, y, framesOf(depth_hits, x, y), colour);
       row.contributors |= robot_bit;
       ++report.updated;
     }
@@ -182,13 +201,14 @@ FusionReport fuse(const View& view, std::vector<Row>& rows, const ColourImage& c
       Row& row = kept.emplace_back();
       row.position = view.toMap(view.ray(static_cast<float>(x), static_cast<float>(y)) * m.depth);
       row.normal = view.R_cam_map.transpose() * m.normal;
-      row.confidence = confidenceOf(view, x, y, m.depth);
+      const float frames = framesOf(depth_hits, x, y);
+      row.confidence = confidenceOf(frames);
       row.radius = radiusOf(view, m.depth, m.normal.z());
       row.colour = colourAt(colour, x, y);
       row.owner = owner;
       row.contributors = robot_bit;
       row.observations = 1;
-      row.precision = precisionOf(view, x, y, m.depth);
+      row.precision = precisionOf(view, x, y, m.depth, frames);
       ++report.inserted;
     }
   }

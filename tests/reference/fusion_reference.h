@@ -19,6 +19,6 @@ Association associate(const View& view, const std::vector<Row>& rows, const Imag
 
 /// Fuses one keyframe; removed rows are left out, new ones appended in raster order.
 FusionReport fuse(const View& view, std::vector<Row>& rows, const ColourImage& colour, const DepthImage& depth,
-                  uint32_t owner, uint32_t robot_bit);
+                  const Image<uint8_t>& depth_hits, uint32_t owner, uint32_t robot_bit);
 
 }  // namespace comap::reference

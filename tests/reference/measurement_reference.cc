@@ -81,13 +81,11 @@ float radialWeight(const View& view, int x, int y) {
 
 }  // namespace
 
-float confidenceOf(const View& view, int x, int y, float z) {
-  return radialWeight(view, x, y) * std::clamp(view.sigma(2) / view.sigma(z), 0.5f, 1.0f);
-}
+float confidenceOf(float frames) { return 1 + (frames - 1) / 14; }
 
-float precisionOf(const View& view, int x, int y, float z) {
+float precisionOf(const View& view, int x, int y, float z, float frames) {
   const float ratio = view.sigma(2) / view.sigma(z);
-  return radialWeight(view, x, y) * std::clamp(ratio * ratio, 0.02f, 8.0f);
+  return radialWeight(view, x, y) * std::clamp(ratio * ratio, 0.02f, 8.0f) * (1 + (frames - 1) / 3);
 }
 
 }  // namespace comap::reference

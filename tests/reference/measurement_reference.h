@@ -17,7 +17,7 @@ Image<Measurement> measure(const View& view, const Image<float>& filtered);
 
 int strideOf(const View& view, float z);
 float radiusOf(const View& view, float z, float normal_z);
-float confidenceOf(const View& view, int x, int y, float z);
-float precisionOf(const View& view, int x, int y, float z);
+float confidenceOf(float frames);
+float precisionOf(const View& view, int x, int y, float z, float frames);
 
 }  // namespace comap::reference

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 
 namespace comap {
@@ -61,6 +62,36 @@ Scene Scene::corridor() {
                    {Shape::kPlane, {-0.9, 0, 0}, {1, 0, 0}, grey(160)},
                    {Shape::kPlane, {1.1, 0, 0}, {-1, 0, 0}, grey(140)}};
   return scene;
+}
+
+Scene Scene::withBox(const Eigen::Vector3d& centre, const Eigen::Vector3d& half) const {
+  Scene scene = *this;
+  scene.solids_.push_back({Shape::kBox, centre, half});
+  return scene;
+}
+
+double Scene::distanceTo(const Eigen::Vector3d& x_world) const {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Solid& solid : solids_) {
+    const Eigen::Vector3d x = x_world - solid.centre;
+    double distance = 0;
+    switch (solid.shape) {
+      case Shape::kPlane:
+        distance = x.dot(solid.half) / solid.half.norm();
+        break;
+      case Shape::kSphere:
+        distance = x.norm() - solid.half.x();
+        break;
+      case Shape::kRoom:
+      case Shape::kBox: {
+        const Eigen::Vector3d beyond = x.cwiseAbs() - solid.half;
+        distance = beyond.cwiseMax(0.0).norm() + std::min(beyond.maxCoeff(), 0.0);
+        break;
+      }
+    }
+    nearest = std::min(nearest, std::abs(distance));
+  }
+  return nearest;
 }
 
 std::optional<double> Scene::intersect(const Solid& solid, const Eigen::Vector3d& origin, const Eigen::Vector3d& ray) {

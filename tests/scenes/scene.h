@@ -23,6 +23,12 @@ class Scene {
   /// A corridor along z without end: floor, ceiling and two walls, each of one colour. Nothing tells how far along.
   static Scene corridor();
 
+  /// The same scene with one more box in it.
+  Scene withBox(const Eigen::Vector3d& centre, const Eigen::Vector3d& half) const;
+
+  /// How far a point is from the nearest surface; metres.
+  double distanceTo(const Eigen::Vector3d& x_world) const;
+
   /// The exact view from T_world_cam: colour of the point each pixel's centre sees, depth rounded to depth units.
   Frame render(const CameraModel& camera, const Pose& T_world_cam, int64_t stamp_ns = 0) const;
 

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "mapping_core/surfels/fusion.h"
+#include "protocol/types/keyframe.h"
 #include "tests/mapping_core/gpu/test_device.h"
 #include "tests/reference/fusion_reference.h"
 #include "tests/reference/prediction_reference.h"
@@ -47,7 +48,7 @@ Measured measureOnDevice(gpu::Device& device, const Frame& frame, const Pose& T_
   KeyframeMaps maps;
   const auto kernels = SurfelKernels::create(device.context());
   EXPECT_TRUE(kernels && maps.reserve(device.context(), frame.depth.size()) &&
-              maps.upload(frame.colour, frame.depth, p));
+              maps.upload(frame.colour, frame.depth, {}, p));
   auto recorder = gpu::Recorder::begin(device.context());
   EXPECT_TRUE(recorder);
   maps.recordMeasure(*recorder, *kernels, framePush(frame.camera, T_map_cam, p));
@@ -122,6 +123,14 @@ std::vector<reference::Row> rowsOf(const StreamRows& streams) {
   return rows;
 }
 
+// None, then blocks of 0 to 12 frames.
+Image<uint8_t> hitsOf(uint32_t k) {
+  if (k % 2 == 0) return {};
+  Image<uint8_t> hits((kCamera.width + kHitBlock - 1) / kHitBlock, (kCamera.height + kHitBlock - 1) / kHitBlock);
+  for (size_t i = 0; i < hits.size(); ++i) hits.data()[i] = static_cast<uint8_t>((i + k) % 13);
+  return hits;
+}
+
 // Fuses keyframe after keyframe on the device; before each the oracle starts from the device's own rows, so that one
 // decision at a threshold does not spread.
 TEST(Fusion, MatchesOracleKeyframeByKeyframe) {
@@ -141,9 +150,9 @@ TEST(Fusion, MatchesOracleKeyframeByKeyframe) {
     const auto before = readRows(*streams, count);
     ASSERT_TRUE(before);
     auto oracle = rowsOf(*before);
-    const FusionReport expected =
-        reference::fuse(reference::View(kCamera, T_map_cam, p), oracle, frame.colour, frame.depth, k, 1u << (k % 2));
-    ASSERT_TRUE(maps.upload(frame.colour, frame.depth, p));
+    const FusionReport expected = reference::fuse(reference::View(kCamera, T_map_cam, p), oracle, frame.colour,
+                                                  frame.depth, hitsOf(k), k, 1u << (k % 2));
+    ASSERT_TRUE(maps.upload(frame.colour, frame.depth, hitsOf(k), p));
     const FusionStep step{framePush(kCamera, T_map_cam, p), count, k, 1u << (k % 2)};
     const auto counts = fuseKeyframe(context, *kernels, *streams, maps, scratch, p, step);
     ASSERT_TRUE(counts) << counts.error().text;
