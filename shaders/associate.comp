@@ -20,6 +20,7 @@ layout(push_constant) uniform Push {
   float depth_min;
   float depth_max;
   float stable_confidence;
+  uint base;  // of the chunk's rows
 } push;
 
 const float kNearest = 0.05;            // m
@@ -29,7 +30,6 @@ const float kSeenThroughCosine = 0.2;   // surfels more slanted are not judged
 const int kSilhouette = 2;              // pixels around that must all lie behind
 const float kDoubleBehind = 0.035;      // m: a surface that far behind another, facing the same way, is a double
 const float kDoubleCosine = 0.866;      // 30 deg
-const float kDoubleFacing = 0.5;        // 60 deg
 const float kFootprint = 8.0;           // pixels
 const float kCovers = 0.7;              // of the squared radius: discs overlap, holes between three of them do not stay
 
@@ -117,8 +117,9 @@ void visit(uint item) {
 
     // Poses that disagree by some centimetres bring the same surface again: the old one stays alone until it has been
     // contradicted often enough to go.
-    bool close = !supported && measured && in_range && abs(in_front) < kDoubleBehind && agreement > kDoubleCosine &&
-                 facing > kDoubleFacing;
+    float height = dot(m.xyz, position - seen);
+    bool close = !supported && measured && in_range && abs(height) < kDoubleBehind && agreement > kDoubleCosine &&
+                 facing > kSeenThroughCosine;
     bool hidden = false;
     if (close && in_front < 0.0) hidden = isHidden(pixel, position.z);
     if (close && place.w >= push.stable_confidence) cover(position, normal, shape.w, kDoubleBehind);
@@ -133,7 +134,7 @@ void visit(uint item) {
       vec2 miss = at - vec2(pixel);
       uint distance = uint(min(dot(miss, miss) * 508.0, 254.0));
       uint rank = place.w >= push.stable_confidence ? distance : 255u + distance;
-      atomicMin(winners[index], rank << kRankShift | i);
+      atomicMin(winners[index], rank << kRankShift | (push.base + i));
     }
   }
   visible[item].y = word;

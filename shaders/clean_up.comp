@@ -1,6 +1,6 @@
 // Removes surfels: those the camera saw through, unsure ones that were not found again, and doubles of their pixel's
-// winner. Reads match words, winners, place, shape, look and record; marks place, counts removals.
-// Winners are never removed, so the surfel compared with does not change meanwhile. One item = one visible surfel.
+// winner. Reads match words, winners and their rows, place, shape, look and record; marks place, counts removals.
+// Winners are never removed. One item = one visible surfel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "common/frame.glsl"
@@ -13,21 +13,28 @@ layout(std430, binding = 3) readonly buffer Records { uvec2 records[]; };
 const int kVisibleBinding = 4;
 #include "common/visible.glsl"
 layout(std430, binding = 5) readonly buffer Winners { uint winners[]; };
-layout(std430, binding = 6) buffer Counters { uint updated; uint removed; uint inserted; } counters;
+layout(std430, binding = 6) buffer Counters { uint counters[]; };  // a chunk: updated, removed
 layout(push_constant) uniform Push {
   FRAME_FIELDS
   float stable_confidence;
   uint unstable_timeout;
+  uint base;  // of the chunk's rows
+  uint chunk;
 } push;
 
 const float kDoubleReach = 0.6;       // of the smaller radius
 const float kDoubleCosine = 0.866;    // 30 deg
 
-bool doubles(uint i, uint winner) {
+vec4 winnerWords(uint first) {
+  return vec4(uintBitsToFloat(winners[first]), uintBitsToFloat(winners[first + 1u]),
+              uintBitsToFloat(winners[first + 2u]), uintBitsToFloat(winners[first + 3u]));
+}
+
+bool doubles(uint i, uint pixel) {
   vec4 place = places[i];
   vec4 shape = shapes[i];
-  vec4 other = places[winner];
-  vec4 other_shape = shapes[winner];
+  vec4 other = winnerWords(winnerRow(pixel));
+  vec4 other_shape = winnerWords(winnerRow(pixel) + 4u);
   vec3 offset = place.xyz - other.xyz;
   float height = dot(offset, other_shape.xyz);
   float reach = kDoubleReach * min(shape.w, other_shape.w);
@@ -42,7 +49,7 @@ void visit(uint item) {
   uint flag = word & kFlagMask;
   if (flag != 0u) {
     uint winner = winners[word >> kPixelShift];
-    bool wins = (winner & kSurfelMask) == i;
+    bool wins = (winner & kSurfelMask) == push.base + i;
     bool unstable = places[i].w < push.stable_confidence;
     uint misses = records[i].y & 0xffu;
     uint violations = records[i].y >> 8;
@@ -50,11 +57,11 @@ void visit(uint item) {
     bool remove = flag == kViolated && violations >= patience;
     remove = remove || (unstable && misses > push.unstable_timeout);
     bool candidate = !remove && flag < kMissed && winner != kNoWinner && !wins;
-    if (candidate) remove = doubles(i, winner & kSurfelMask);
-    if (flag < kMissed && wins && winner != kNoWinner) atomicAdd(counters.updated, 1u);
+    if (candidate) remove = doubles(i, word >> kPixelShift);
+    if (flag < kMissed && wins && winner != kNoWinner) atomicAdd(counters[2u * push.chunk], 1u);
     if (remove) {
       places[i].w = kRemoved;
-      atomicAdd(counters.removed, 1u);
+      atomicAdd(counters[2u * push.chunk + 1u], 1u);
     }
   }
 }

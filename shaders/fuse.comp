@@ -19,6 +19,7 @@ layout(push_constant) uniform Push {
   FRAME_FIELDS
   float averaging_limit;
   uint contributor;
+  uint base;  // of the chunk's rows
 } push;
 #include "common/measurement.glsl"
 
@@ -60,6 +61,11 @@ void update(uint i, uint index) {
   place.w += confidenceOf(frames);
   places[i] = place;
   shapes[i] = shape;
+  uint row = winnerRow(index);
+  for (uint k = 0u; k < 4u; ++k) {
+    winners[row + k] = floatBitsToUint(place[k]);
+    winners[row + 4u + k] = floatBitsToUint(shape[k]);
+  }
   looks[i] = packLook(colour, observationsOf(look) + 1u, look.z, look.w | push.contributor);
   records[i].x = floatBitsToUint(precision_sum);
 }
@@ -71,7 +77,7 @@ void visit(uint item) {
   uint index = word >> kPixelShift;
   if (flag != 0u) {
     bool wins = (flag & (kSupported | kFits)) == (kSupported | kFits) && flag < kMissed &&
-                (winners[index] & kSurfelMask) == i;
+                (winners[index] & kSurfelMask) == push.base + i;
     uint memory = records[i].y;
     uint misses = memory & 0xffu;
     uint violations = memory >> 8;

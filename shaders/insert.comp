@@ -1,5 +1,5 @@
 // Appends a surfel for each candidate pixel that starts one, in raster order.
-// Reads measurements, colours, covered marks and scanned blocks; writes the streams from `count` on.
+// Reads measurements, colours, covered marks and scanned blocks; writes the streams of one chunk from `start` on.
 // One workgroup = one block of 1024 candidates.
 #version 450
 #extension GL_GOOGLE_include_directive : require
@@ -18,7 +18,8 @@ layout(std430, binding = 7) writeonly buffer Records { uvec2 records[]; };
 layout(push_constant) uniform Push {
   FRAME_FIELDS
   uint candidates;
-  uint count;
+  uint start;     // row of the first new surfel; below 0 (wrapped) where the first go into the chunk before
+  uint capacity;  // rows of the chunk: what is beyond goes into the next
   uint owner;
   uint contributor;
 } push;
@@ -41,8 +42,10 @@ void main() {
   uint first = gl_WorkGroupID.x * kThreads * kFlagsPerThread + thread * kFlagsPerThread;
   uint flags = 0u;
   for (uint k = 0u; k < kFlagsPerThread; ++k) flags |= startsSurfel(first + k) ? 1u << k : 0u;
-  uint slot = push.count + blocks[gl_WorkGroupID.x] + scanThreads(uint(bitCount(flags)));
+  uint slot = push.start + blocks[gl_WorkGroupID.x] + scanThreads(uint(bitCount(flags)));
   for (uint k = 0u; k < kFlagsPerThread; ++k) {
-    if ((flags >> k & 1u) != 0u) write(slot++, candidatePixel(first + k));
+    if ((flags >> k & 1u) == 0u) continue;
+    if (slot < push.capacity) write(slot, candidatePixel(first + k));
+    ++slot;
   }
 }

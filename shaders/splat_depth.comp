@@ -14,6 +14,8 @@ layout(push_constant) uniform Push {
   float min_confidence;
   float max_depth;
   uint both_sides;
+  uint base;   // of the chunk's rows
+  uint count;  // rows of the chunk
 } push;
 #include "common/disc.glsl"
 

@@ -18,6 +18,8 @@ layout(push_constant) uniform Push {
   float min_confidence;
   float max_depth;
   uint both_sides;
+  uint base;   // of the chunk's rows
+  uint count;  // rows of the chunk
 } push;
 #include "common/disc.glsl"
 
@@ -30,7 +32,7 @@ void visit(uint item) {
       vec2 at = hit(disc, rayOf(vec2(x, y)));
       uint pixel = uint(y) * push.width + uint(x);
       float front = uintBitsToFloat(depths[pixel]);
-      uint key = uint(clamp(at.y, 0.0, 1.0) * 510.0) << kRankShift | i;
+      uint key = uint(clamp(at.y, 0.0, 1.0) * 510.0) << kRankShift | (push.base + i);
       if (at.y <= 1.0 && at.x > 0.0 && at.x <= front + gateOf(front) && keys[pixel] > key) atomicMin(keys[pixel], key);
     }
   }

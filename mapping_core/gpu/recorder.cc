@@ -8,7 +8,6 @@
 namespace comap::gpu {
 namespace {
 
-constexpr uint32_t kMostDispatches = 64;
 constexpr uint32_t kMostBindings = 8;
 
 }  // namespace
@@ -19,6 +18,7 @@ struct Recorder::State {
   VkDescriptorPool descriptors = VK_NULL_HANDLE;
   VkQueryPool queries = VK_NULL_HANDLE;
   VkResult failure = VK_SUCCESS;
+  uint32_t most_dispatches = 0;
   std::vector<std::string> dispatched;
 
   ~State() {
@@ -40,9 +40,10 @@ struct Recorder::State {
   }
 };
 
-Result<Recorder> Recorder::begin(Context& context) {
+Result<Recorder> Recorder::begin(Context& context, uint32_t most_dispatches) {
   auto state = std::make_unique<State>();
   state->context = &context;
+  state->most_dispatches = most_dispatches;
   VkCommandBufferAllocateInfo info{VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO};
   info.commandPool = context.command_pool;
   info.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
@@ -50,9 +51,9 @@ Result<Recorder> Recorder::begin(Context& context) {
   VkResult result = vkAllocateCommandBuffers(context.device, &info, &state->commands);
   if (result != VK_SUCCESS) return vulkanError(result, "allocating a command buffer");
 
-  const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, kMostDispatches * kMostBindings};
+  const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, most_dispatches * kMostBindings};
   VkDescriptorPoolCreateInfo pool_info{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
-  pool_info.maxSets = kMostDispatches;
+  pool_info.maxSets = most_dispatches;
   pool_info.poolSizeCount = 1;
   pool_info.pPoolSizes = &size;
   result = vkCreateDescriptorPool(context.device, &pool_info, nullptr, &state->descriptors);
@@ -66,10 +67,10 @@ Result<Recorder> Recorder::begin(Context& context) {
   if (context.options.timestamps) {
     VkQueryPoolCreateInfo query_info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
     query_info.queryType = VK_QUERY_TYPE_TIMESTAMP;
-    query_info.queryCount = 2 * kMostDispatches;
+    query_info.queryCount = 2 * most_dispatches;
     result = vkCreateQueryPool(context.device, &query_info, nullptr, &state->queries);
     if (result != VK_SUCCESS) return vulkanError(result, "creating a query pool");
-    vkCmdResetQueryPool(state->commands, state->queries, 0, 2 * kMostDispatches);
+    vkCmdResetQueryPool(state->commands, state->queries, 0, 2 * most_dispatches);
   }
   return Recorder(std::move(state));
 }
@@ -77,7 +78,7 @@ Result<Recorder> Recorder::begin(Context& context) {
 void Recorder::dispatch(const Kernel& kernel, std::initializer_list<const Buffer*> buffers, const void* push,
                         size_t push_bytes, uint32_t groups, const Buffer* indirect_groups) {
   assert(buffers.size() == kernel.bindings && buffers.size() <= kMostBindings && push_bytes == kernel.push_bytes);
-  assert(state_->dispatched.size() < kMostDispatches);
+  assert(state_->dispatched.size() < state_->most_dispatches);
   if (state_->failure != VK_SUCCESS) return;
   Context& context = *state_->context;
   VkDescriptorSetAllocateInfo info{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO};
@@ -130,10 +131,10 @@ void Recorder::fill(const Buffer& buffer, uint32_t word, size_t bytes) {
   state_->barrier();
 }
 
-void Recorder::copy(const Buffer& from, const Buffer& to, size_t bytes) {
-  assert(bytes <= from.bytes() && bytes <= to.bytes());
+void Recorder::copy(const Buffer& from, const Buffer& to, size_t bytes, size_t to_offset) {
+  assert(bytes <= from.bytes() && to_offset + bytes <= to.bytes());
   if (bytes == 0) return;
-  const VkBufferCopy region{0, 0, bytes};
+  const VkBufferCopy region{0, to_offset, bytes};
   vkCmdCopyBuffer(state_->commands, from.state()->buffer, to.state()->buffer, 1, &region);
   state_->barrier();
 }

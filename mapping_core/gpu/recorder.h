@@ -12,7 +12,8 @@ namespace comap::gpu {
 /// Buffers must live until submit() returns.
 class Recorder {
  public:
-  static Result<Recorder> begin(Context& context);
+  /// For at most `most_dispatches`.
+  static Result<Recorder> begin(Context& context, uint32_t most_dispatches = 64);
   Recorder(Recorder&&) noexcept;
   Recorder& operator=(Recorder&&) noexcept;
   ~Recorder();
@@ -32,7 +33,7 @@ class Recorder {
   }
   /// Sets the first `bytes` (a multiple of 4) to copies of `word`.
   void fill(const Buffer& buffer, uint32_t word, size_t bytes);
-  void copy(const Buffer& from, const Buffer& to, size_t bytes);
+  void copy(const Buffer& from, const Buffer& to, size_t bytes, size_t to_offset = 0);
 
   /// Runs all and waits. kNoDevice if the device was lost, kOutOfMemory. The recorder is spent then.
   Result<void> submit();

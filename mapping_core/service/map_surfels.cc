@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "mapping_core/surfels/surfel_pool.h"
+
 namespace comap {
 namespace {
 
@@ -27,10 +29,13 @@ double displacement(const Pose& T_new, const Pose& T_old) {
 }
 
 Result<void> MapSurfels::begin(const KeyframeId& anchor) {
-  auto map = SurfelMap::create(device_, fusion_);
-  if (!map) return map.error();
+  if (!pool_) {
+    auto pool = SurfelPool::create(device_, size_t{fusion_.memory_mb} << 20);
+    if (!pool) return pool.error();
+    pool_ = std::move(*pool);
+  }
   maps_.erase(anchor);
-  maps_.emplace(anchor, std::move(*map));
+  maps_.emplace(anchor, SurfelMap(pool_, fusion_));
   return {};
 }
 

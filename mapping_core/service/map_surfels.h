@@ -61,6 +61,7 @@ class MapSurfels {
   double move_m_;
   Loader load_;
   std::map<KeyframeId, Known> keyframes_;
+  std::shared_ptr<SurfelPool> pool_;  // made with the first map; the maps share its memory
   std::map<KeyframeId, SurfelMap> maps_;
   std::set<KeyframeId> stale_;      // maps whose surfels were moved since they were fused
   std::deque<KeyframeId> unfused_;  // have a map and a pose, but their surfels were thrown away

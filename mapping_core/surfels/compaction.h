@@ -5,8 +5,8 @@
 
 namespace comap {
 
-/// Returns how many of the first `count` rows are left; `streams` then holds them without gaps.
-Result<uint32_t> compactStreams(gpu::Context& context, const SurfelKernels& kernels, SurfelStreams& streams,
-                                FusionScratch& scratch, uint32_t count);
+/// Returns how many of the first `count` rows are left; `to`, as large as `from`, then holds them without gaps.
+Result<uint32_t> compactStreams(gpu::Context& context, const SurfelKernels& kernels, const SurfelStreams& from,
+                                SurfelStreams& to, FusionScratch& scratch, uint32_t count);
 
 }  // namespace comap

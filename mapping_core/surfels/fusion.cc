@@ -1,70 +1,111 @@
 #include "mapping_core/surfels/fusion.h"
 
+#include <algorithm>
+#include <string>
+
 namespace comap {
-namespace {
-
-constexpr uint32_t kInsertedSlot = 2;
-
-}  // namespace
 
 size_t mostInsertions(const CameraModel& camera) {
   return static_cast<size_t>((camera.width + 1) / 2) * static_cast<size_t>((camera.height + 1) / 2);
 }
 
-Result<void> FusionScratch::reserve(gpu::Context& context, size_t count) {
-  if (count <= surfels) return {};
-  surfels = 0;
-  if (auto done = visible.reserve(context, count); !done) return done;
-  auto made_blocks = gpu::Buffer::create(context, gpu::groupsFor(count, kBlockItems) * sizeof(uint32_t), "scan blocks");
-  if (!made_blocks) return made_blocks.error();
-  auto made_counters = gpu::Buffer::create(context, sizeof(FusionCounts), "counters");
-  if (!made_counters) return made_counters.error();
-  blocks = std::move(*made_blocks);
-  counters = std::move(*made_counters);
-  surfels = count;
+Result<void> FusionScratch::reserve(gpu::Context& context, std::span<const ChunkRows> rows, size_t items) {
+  if (visible.size() < rows.size()) visible.resize(rows.size());
+  for (size_t i = 0; i < rows.size(); ++i) {
+    if (auto done = visible[i].reserve(context, rows[i].streams->capacity); !done) return done;
+  }
+  if (items > surfels) {
+    surfels = 0;
+    auto made = gpu::Buffer::create(context, gpu::groupsFor(items, kBlockItems) * sizeof(uint32_t), "scan blocks");
+    if (!made) return made.error();
+    blocks = std::move(*made);
+    surfels = items;
+  }
+  if (rows.size() > chunks || counters.bytes() == 0) {
+    chunks = 0;
+    auto made = gpu::Buffer::create(context, (2 * rows.size() + 1) * sizeof(uint32_t), "counters");
+    if (!made) return made.error();
+    counters = std::move(*made);
+    chunks = rows.size();
+  }
   return {};
 }
 
-Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& kernels, SurfelStreams& streams,
-                                  KeyframeMaps& maps, FusionScratch& scratch, const FusionParameters& parameters,
-                                  const FusionStep& step) {
+Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& kernels, KeyframeMaps& maps,
+                                  FusionScratch& scratch, const FusionParameters& parameters, const FusionStep& step) {
   const FramePush& frame = step.frame;
   const size_t pixels = size_t{frame.width} * frame.height;
   const uint32_t candidates = ((frame.width + 1) / 2) * ((frame.height + 1) / 2);
   const uint32_t blocks = gpu::groupsFor(candidates, kBlockItems);
-  auto recorder = gpu::Recorder::begin(context);
+  size_t all = 0;
+  for (const ChunkRows& rows : step.seen) all += rows.count;
+  if (all > kMostSurfels) {
+    return Error{ErrorCode::kOutOfMemory, "the keyframe looks at chunks of " + std::to_string(all) +
+                                              " surfels, at most " + std::to_string(kMostSurfels) +
+                                              " can be fused with at once; a smaller depth_max_m has fewer in view"};
+  }
+  if (auto done = scratch.reserve(context, step.seen, candidates); !done) return done.error();
+  const auto chunks = static_cast<uint32_t>(step.seen.size());
+  auto recorder = gpu::Recorder::begin(context, static_cast<uint32_t>(8 + 4 * step.seen.size() + step.targets.size()));
   if (!recorder) return recorder.error();
 
   maps.recordMeasure(*recorder, kernels, frame);
   recorder->fill(maps.winners, 0xffffffffu, pixels * 4);
   recorder->fill(maps.covered, 0, pixels * 4);
-  recorder->fill(scratch.counters, 0, sizeof(FusionCounts));
-  scratch.visible.record(*recorder, kernels, streams, {{frame}, step.count, 0, parameters.depth_max_m + 1, 1});
-  const gpu::Buffer& visible = scratch.visible.list;
-  recorder->dispatchIndirect(
-      *kernels.associate,
-      {&streams.places, &streams.shapes, &maps.measurements, &maps.raw, &visible, &maps.winners, &maps.covered},
-      AssociatePush{{frame}, parameters.depth_min_m, parameters.depth_max_m, parameters.stable_confidence}, visible);
-  recorder->dispatchIndirect(*kernels.fuse,
-                             {&streams.places, &streams.shapes, &streams.looks, &streams.records, &maps.measurements,
-                              &maps.colours, &visible, &maps.winners},
-                             FusePush{{frame}, parameters.averaging_limit, step.contributor}, visible);
-  recorder->dispatchIndirect(
-      *kernels.clean_up,
-      {&streams.places, &streams.shapes, &streams.looks, &streams.records, &visible, &maps.winners, &scratch.counters},
-      CleanUpPush{{frame}, parameters.stable_confidence, parameters.unstable_timeout}, visible);
+  recorder->fill(scratch.counters, 0, (2 * chunks + 1) * sizeof(uint32_t));
+  const auto forEachChunk = [&](const auto& record) {
+    uint32_t base = 0;
+    for (uint32_t chunk = 0; chunk < chunks; ++chunk) {
+      record(*step.seen[chunk].streams, scratch.visible[chunk], base, chunk);
+      base += step.seen[chunk].count;
+    }
+  };
+  forEachChunk([&](const SurfelStreams& streams, const VisibleList& visible, uint32_t, uint32_t chunk) {
+    visible.record(*recorder, kernels, streams, {{frame}, step.seen[chunk].count, 0, parameters.depth_max_m + 1, 1});
+  });
+  forEachChunk([&](const SurfelStreams& streams, const VisibleList& visible, uint32_t base, uint32_t) {
+    recorder->dispatchIndirect(
+        *kernels.associate,
+        {&streams.places, &streams.shapes, &maps.measurements, &maps.raw, &visible.list, &maps.winners, &maps.covered},
+        AssociatePush{{frame}, parameters.depth_min_m, parameters.depth_max_m, parameters.stable_confidence, base},
+        visible.list);
+  });
+  forEachChunk([&](const SurfelStreams& streams, const VisibleList& visible, uint32_t base, uint32_t) {
+    recorder->dispatchIndirect(*kernels.fuse,
+                               {&streams.places, &streams.shapes, &streams.looks, &streams.records, &maps.measurements,
+                                &maps.colours, &visible.list, &maps.winners},
+                               FusePush{{frame}, parameters.averaging_limit, step.contributor, base}, visible.list);
+  });
+  forEachChunk([&](const SurfelStreams& streams, const VisibleList& visible, uint32_t base, uint32_t chunk) {
+    recorder->dispatchIndirect(
+        *kernels.clean_up,
+        {&streams.places, &streams.shapes, &streams.looks, &streams.records, &visible.list, &maps.winners,
+         &scratch.counters},
+        CleanUpPush{{frame}, parameters.stable_confidence, parameters.unstable_timeout, base, chunk}, visible.list);
+  });
   recorder->dispatch(*kernels.count_new, {&maps.measurements, &maps.covered, &scratch.blocks},
                      CountNewPush{{frame}, candidates}, blocks);
-  recorder->dispatch(*kernels.scan_blocks, {&scratch.blocks, &scratch.counters}, ScanBlocksPush{blocks, kInsertedSlot},
-                     1);
-  recorder->dispatch(*kernels.insert,
-                     {&maps.measurements, &maps.covered, &scratch.blocks, &maps.colours, &streams.places,
-                      &streams.shapes, &streams.looks, &streams.records},
-                     InsertPush{{frame}, candidates, step.count, step.owner, step.contributor}, blocks);
+  recorder->dispatch(*kernels.scan_blocks, {&scratch.blocks, &scratch.counters}, ScanBlocksPush{blocks, 2 * chunks}, 1);
+  uint32_t start = 0;  // of the new surfels, counted from the target's first row
+  for (const ChunkRows& target : step.targets) {
+    start += target.count;
+    const auto capacity = static_cast<uint32_t>(target.streams->capacity);
+    recorder->dispatch(*kernels.insert,
+                       {&maps.measurements, &maps.covered, &scratch.blocks, &maps.colours, &target.streams->places,
+                        &target.streams->shapes, &target.streams->looks, &target.streams->records},
+                       InsertPush{{frame}, candidates, start, capacity, step.owner, step.contributor}, blocks);
+    start -= capacity;
+  }
   if (auto done = recorder->submit(); !done) return done.error();
 
+  const auto read = scratch.counters.read<uint32_t>(2 * chunks + 1);
+  if (!read) return read.error();
   FusionCounts counts;
-  if (auto done = scratch.counters.read(&counts, sizeof(counts)); !done) return done.error();
+  for (uint32_t chunk = 0; chunk < chunks; ++chunk) {
+    counts.updated += (*read)[2 * chunk];
+    counts.removed.push_back((*read)[2 * chunk + 1]);
+  }
+  counts.inserted = read->back();
   return counts;
 }
 

@@ -1,29 +1,41 @@
 // One keyframe into the map: associate, update, clean up, insert. Removed surfels stay as marked gaps.
 #pragma once
 
+#include <span>
+#include <vector>
+
 #include "mapping_core/surfels/keyframe_maps.h"
 #include "mapping_core/surfels/surfel_streams.h"
 #include "mapping_core/surfels/visible_list.h"
 
 namespace comap {
 
+/// Rows of a map that are worked on, one chunk of it.
+struct ChunkRows {
+  SurfelStreams* streams = nullptr;
+  uint32_t count = 0;  ///< rows in use
+};
+
 /// Buffers that only live through one fusion.
 struct FusionScratch {
-  VisibleList visible;
-  gpu::Buffer blocks;    ///< u32 per block of a scan
-  gpu::Buffer counters;  ///< updated, removed, inserted
-  size_t surfels = 0;
+  std::vector<VisibleList> visible;  ///< one per chunk in view
+  gpu::Buffer blocks;                ///< u32 per block of a scan
+  gpu::Buffer counters;              ///< updated and removed per chunk, then inserted
+  size_t surfels = 0, chunks = 0;
 
-  Result<void> reserve(gpu::Context& context, size_t count);
+  /// Room for chunks of these capacities, and for scans of `items`.
+  Result<void> reserve(gpu::Context& context, std::span<const ChunkRows> chunks, size_t items);
 };
 
 struct FusionCounts {
-  uint32_t updated = 0, removed = 0, inserted = 0;
+  uint32_t updated = 0, inserted = 0;
+  std::vector<uint32_t> removed;  ///< per chunk
 };
 
 struct FusionStep {
   FramePush frame;
-  uint32_t count = 0;  ///< rows of the streams in use
+  std::span<const ChunkRows> seen;     ///< chunks that may hold something in view
+  std::span<const ChunkRows> targets;  ///< where new surfels go, in order; together with room for mostInsertions()
   uint32_t owner = 0;
   uint32_t contributor = 0;
 };
@@ -31,9 +43,8 @@ struct FusionStep {
 /// Most surfels one keyframe can add.
 size_t mostInsertions(const CameraModel& camera);
 
-/// `maps` holds the uploaded images; `streams` has room for count + mostInsertions().
-Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& kernels, SurfelStreams& streams,
-                                  KeyframeMaps& maps, FusionScratch& scratch, const FusionParameters& parameters,
-                                  const FusionStep& step);
+/// `maps` holds the uploaded images. kOutOfMemory if more than kMostSurfels rows are in `seen`.
+Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& kernels, KeyframeMaps& maps,
+                                  FusionScratch& scratch, const FusionParameters& parameters, const FusionStep& step);
 
 }  // namespace comap

@@ -38,7 +38,7 @@ Result<void> KeyframeMaps::reserve(gpu::Context& context, size_t count) {
     const char* name;
   } table[] = {{&raw, 4, "inverse depth"},       {&rows, 4, "inverse depth filtered along rows"},
                {&filtered, 4, "filtered depth"}, {&measurements, 16, "measurements"},
-               {&colours, 4, "colours"},         {&winners, 4, "winning surfels"},
+               {&colours, 4, "colours"},         {&winners, 36, "winning surfels"},
                {&covered, 4, "covered pixels"}};
   pixels = 0;
   for (const auto& entry : table) {

@@ -13,7 +13,7 @@ struct KeyframeMaps {
   gpu::Buffer filtered;      ///< float: filtered both ways
   gpu::Buffer measurements;  ///< vec4: normal in the camera's frame, depth in m or 0
   gpu::Buffer colours;       ///< u32: r | g << 8 | b << 16 | frames whose mean the depth is << 24
-  gpu::Buffer winners;       ///< u32, see shaders/common/surfel.glsl
+  gpu::Buffer winners;       ///< u32, see shaders/common/surfel.glsl: one per pixel, then eight per pixel
   gpu::Buffer covered;       ///< u32: 1 where no new surfel is needed
   size_t pixels = 0;
 

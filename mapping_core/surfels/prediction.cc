@@ -7,8 +7,6 @@
 namespace comap {
 namespace {
 
-constexpr float kFootprintMargin_px = 33;  // a disc reaches that far at most, see shaders/common/disc.glsl
-
 using SurfacePixel = std::array<float, 4>;
 using AppearancePixel = std::array<uint32_t, 4>;
 
@@ -25,14 +23,15 @@ Result<const T*> contentOf(const gpu::Buffer& buffer, size_t count, std::vector<
 PredictedView toView(const CameraModel& camera, const SurfacePixel* surface, const AppearancePixel* appearance) {
   PredictedView view;
   view.camera = camera;
-  view.depth_m = Image<float>(camera.width, camera.height);
+  view.depth_m = Image<float>(camera.width, camera.height, 0.0f);
   view.normal = Image<Eigen::Vector3f>(camera.width, camera.height, Eigen::Vector3f::Zero());
-  view.colour = ColourImage(camera.width, camera.height);
-  view.confidence = Image<float>(camera.width, camera.height);
-  view.contributors = Image<uint32_t>(camera.width, camera.height);
+  view.colour = ColourImage(camera.width, camera.height, Rgb{});
+  view.confidence = Image<float>(camera.width, camera.height, 0.0f);
+  view.contributors = Image<uint32_t>(camera.width, camera.height, 0u);
   for (size_t i = 0; i < view.depth_m.size(); ++i) {
     view.depth_m.data()[i] = surface[i][3];
     view.normal.data()[i] = {surface[i][0], surface[i][1], surface[i][2]};
+    if (!(surface[i][3] > 0)) continue;
     const uint32_t c = appearance[i][0];
     view.colour.data()[i] = {static_cast<uint8_t>(c), static_cast<uint8_t>(c >> 8), static_cast<uint8_t>(c >> 16)};
     view.confidence.data()[i] = std::bit_cast<float>(appearance[i][1]);
@@ -63,30 +62,53 @@ Result<void> PredictionBuffers::reserve(gpu::Context& context, size_t count) {
   return {};
 }
 
-Result<PredictedView> predictView(gpu::Context& context, const SurfelKernels& kernels, const SurfelStreams& streams,
-                                  uint32_t count, PredictionBuffers& buffers, const FramePush& frame,
-                                  const CameraModel& camera, const PredictionOptions& options) {
+Result<PredictedView> predictView(gpu::Context& context, const SurfelKernels& kernels, std::span<const ChunkRows> seen,
+                                  PredictionBuffers& buffers, const FramePush& frame, const CameraModel& camera,
+                                  const PredictionOptions& options) {
   const size_t pixels = size_t{frame.width} * frame.height;
   if (auto done = buffers.reserve(context, pixels); !done) return done.error();
-  if (auto done = buffers.visible.reserve(context, streams.capacity); !done) return done.error();
-  auto recorder = gpu::Recorder::begin(context);
+  if (buffers.visible.size() < seen.size()) buffers.visible.resize(seen.size());
+  for (size_t i = 0; i < seen.size(); ++i) {
+    if (auto done = buffers.visible[i].reserve(context, seen[i].streams->capacity); !done) return done.error();
+  }
+  auto recorder = gpu::Recorder::begin(context, static_cast<uint32_t>(4 * seen.size() + 1));
   if (!recorder) return recorder.error();
   const float min_confidence = std::max(options.min_confidence, 0.0f);
-  const SplatPush splat{{frame}, min_confidence, options.max_depth_m, options.both_sides ? 1u : 0u};
+  SplatPush splat{{frame}, min_confidence, options.max_depth_m, options.both_sides ? 1u : 0u, 0, 0};
   recorder->fill(buffers.depths, 0x7f800000u, pixels * 4);  // infinity
-  recorder->fill(buffers.keys, 0xffffffffu, pixels * 4);
-  buffers.visible.record(*recorder, kernels, streams,
-                         {{frame}, count, min_confidence, options.max_depth_m, kFootprintMargin_px});
-  const gpu::Buffer& visible = buffers.visible.list;
-  recorder->dispatchIndirect(*kernels.splat_depth, {&streams.places, &streams.shapes, &buffers.depths, &visible}, splat,
-                             visible);
-  recorder->dispatchIndirect(*kernels.splat_index,
-                             {&streams.places, &streams.shapes, &buffers.depths, &buffers.keys, &visible}, splat,
-                             visible);
-  recorder->dispatch(
-      *kernels.resolve,
-      {&streams.places, &streams.shapes, &streams.looks, &buffers.keys, &buffers.surface, &buffers.appearance}, splat,
-      gpu::groupsFor(pixels, kBlockItems));
+  recorder->fill(buffers.surface, 0, pixels * sizeof(SurfacePixel));
+  recorder->fill(buffers.appearance, 0xffffffffu, pixels * sizeof(AppearancePixel));
+  for (size_t i = 0; i < seen.size(); ++i) {
+    const SurfelStreams& streams = *seen[i].streams;
+    const VisibleList& visible = buffers.visible[i];
+    visible.record(*recorder, kernels, streams,
+                   {{frame}, seen[i].count, min_confidence, options.max_depth_m, kFootprintMargin_px});
+    recorder->dispatchIndirect(*kernels.splat_depth, {&streams.places, &streams.shapes, &buffers.depths, &visible.list},
+                               splat, visible.list);
+  }
+  // Keys hold 23 bits of index, so chunks go in groups of that many surfels.
+  for (size_t first = 0, end = 0; first < seen.size(); first = end) {
+    recorder->fill(buffers.keys, 0xffffffffu, pixels * 4);
+    std::vector<SplatPush> pushes;
+    size_t base = 0;
+    for (end = first; end < seen.size() && base + seen[end].count <= kMostSurfels; base += seen[end++].count) {
+      splat.base = static_cast<uint32_t>(base);
+      splat.count = seen[end].count;
+      pushes.push_back(splat);
+      const SurfelStreams& streams = *seen[end].streams;
+      const gpu::Buffer& visible = buffers.visible[end].list;
+      recorder->dispatchIndirect(*kernels.splat_index,
+                                 {&streams.places, &streams.shapes, &buffers.depths, &buffers.keys, &visible}, splat,
+                                 visible);
+    }
+    for (size_t i = first; i < end; ++i) {
+      const SurfelStreams& streams = *seen[i].streams;
+      recorder->dispatch(
+          *kernels.resolve,
+          {&streams.places, &streams.shapes, &streams.looks, &buffers.keys, &buffers.surface, &buffers.appearance},
+          pushes[i - first], gpu::groupsFor(pixels, kBlockItems));
+    }
+  }
   if (auto done = recorder->submit(); !done) return done.error();
 
   std::vector<SurfacePixel> surface_copy;

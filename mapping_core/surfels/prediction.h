@@ -1,6 +1,7 @@
 // The map as a camera would see it, by splatting discs.
 #pragma once
 
+#include "mapping_core/surfels/fusion.h"
 #include "mapping_core/surfels/keyframe_maps.h"
 #include "mapping_core/surfels/surfel_streams.h"
 #include "mapping_core/surfels/visible_list.h"
@@ -8,19 +9,22 @@
 namespace comap {
 
 struct PredictionBuffers {
-  gpu::Buffer depths;      ///< u32 per pixel: bits of the nearest depth
-  gpu::Buffer keys;        ///< u32 per pixel: relative distance << 23 | surfel
-  gpu::Buffer surface;     ///< vec4 per pixel: normal in the camera's frame, depth
-  gpu::Buffer appearance;  ///< uvec4 per pixel: colour, confidence bits, contributors
-  VisibleList visible;
+  gpu::Buffer depths;                ///< u32 per pixel: bits of the nearest depth
+  gpu::Buffer keys;                  ///< u32 per pixel: relative distance << 23 | surfel of the group
+  gpu::Buffer surface;               ///< vec4 per pixel: normal in the camera's frame, depth
+  gpu::Buffer appearance;            ///< uvec4 per pixel: colour, confidence bits, contributors, rank
+  std::vector<VisibleList> visible;  ///< one per chunk in view
   size_t pixels = 0;
 
   Result<void> reserve(gpu::Context& context, size_t count);
 };
 
-/// Of the first `count` rows of `streams`.
-Result<PredictedView> predictView(gpu::Context& context, const SurfelKernels& kernels, const SurfelStreams& streams,
-                                  uint32_t count, PredictionBuffers& buffers, const FramePush& frame,
-                                  const CameraModel& camera, const PredictionOptions& options);
+/// Pixels that a surfel's disc may reach beyond the one its centre is seen at, see shaders/common/disc.glsl.
+inline constexpr float kFootprintMargin_px = 33;
+
+/// Of chunks that may hold something in view.
+Result<PredictedView> predictView(gpu::Context& context, const SurfelKernels& kernels, std::span<const ChunkRows> seen,
+                                  PredictionBuffers& buffers, const FramePush& frame, const CameraModel& camera,
+                                  const PredictionOptions& options);
 
 }  // namespace comap

@@ -24,16 +24,17 @@ struct FilterDepthPush {
 
 struct AssociatePush : FramePush {
   float depth_min, depth_max, stable_confidence;
+  uint32_t base;
 };
 
 struct FusePush : FramePush {
   float averaging_limit;
-  uint32_t contributor;
+  uint32_t contributor, base;
 };
 
 struct CleanUpPush : FramePush {
   float stable_confidence;
-  uint32_t unstable_timeout;
+  uint32_t unstable_timeout, base, chunk;
 };
 
 struct CountNewPush : FramePush {
@@ -41,7 +42,7 @@ struct CountNewPush : FramePush {
 };
 
 struct InsertPush : FramePush {
-  uint32_t candidates, count, owner, contributor;
+  uint32_t candidates, start, capacity, owner, contributor;
 };
 
 struct ScanBlocksPush {
@@ -64,7 +65,7 @@ struct ListVisiblePush : FramePush {
 /// Of both splats and resolve.
 struct SplatPush : FramePush {
   float min_confidence, max_depth;
-  uint32_t both_sides;
+  uint32_t both_sides, base, count;
 };
 
 struct MoveOwnersPush {

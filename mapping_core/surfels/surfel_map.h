@@ -30,12 +30,13 @@ struct Surfel {
 struct FusionParameters {
   float depth_min_m = 0.3f;
   float depth_max_m = 5.0f;
-  float noise_floor_m = 0.001f;        ///< sigma_z = noise_floor + noise_factor * z^2
-  float noise_factor_per_m = 0.0019f;  ///< disparity noise of a Kinect-class sensor, per metre of depth squared
-  float stable_confidence = 1.5f;      ///< below it a surfel is not shown and may be cleaned up
-  float averaging_limit = 50.0f;       ///< confidence counts no more than this in the running average
-  uint32_t unstable_timeout = 10;      ///< fused keyframes without support after which an unstable surfel goes
-  uint32_t initial_capacity = 1u << 20;
+  float noise_floor_m = 0.001f;          ///< sigma_z = noise_floor + noise_factor * z^2
+  float noise_factor_per_m = 0.0019f;    ///< disparity noise of a Kinect-class sensor, per metre of depth squared
+  float stable_confidence = 1.5f;        ///< below it a surfel is not shown and may be cleaned up
+  float averaging_limit = 50.0f;         ///< confidence counts no more than this in the running average
+  uint32_t unstable_timeout = 10;        ///< fused keyframes without support after which an unstable surfel goes
+  uint32_t initial_capacity = 1u << 16;  ///< surfels that a new map has room for
+  uint32_t memory_mb = 0;                ///< what all surfels of a core may take on the device, 0 = what it gives
 };
 
 struct FusionReport {
@@ -58,10 +59,16 @@ struct PredictionOptions {
   bool both_sides = false;  ///< also discs seen from behind (for pictures); tracking wants false
 };
 
-/// Owns device memory. Thread rule: one thread at a time per Device.
+class SurfelPool;
+
+/// Owns device memory, in chunks (surfel_pool.h), so that no map is too large for one buffer. Thread rule: one thread
+/// at a time per Device. After an error of the device the map may lack what was being done.
 class SurfelMap {
  public:
+  /// With a pool of its own.
   static Result<SurfelMap> create(gpu::Device& device, const FusionParameters& parameters);
+  /// Shares its memory with the pool's other maps. Takes none before the first surfel.
+  SurfelMap(std::shared_ptr<SurfelPool> pool, const FusionParameters& parameters);
   SurfelMap(SurfelMap&&) noexcept;
   SurfelMap& operator=(SurfelMap&&) noexcept;
   ~SurfelMap();
@@ -89,7 +96,6 @@ class SurfelMap {
 
  private:
   struct State;
-  explicit SurfelMap(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
 

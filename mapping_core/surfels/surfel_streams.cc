@@ -27,23 +27,14 @@ Result<SurfelStreams> SurfelStreams::create(gpu::Context& context, size_t capaci
   return streams;
 }
 
-Result<void> SurfelStreams::reserve(gpu::Context& context, size_t needed, size_t used) {
-  if (needed <= capacity) return {};
-  if (needed > kMostSurfels) {
-    return Error{ErrorCode::kOutOfMemory, "surfel map needs room for " + std::to_string(needed) +
-                                              " surfels, one map holds at most " + std::to_string(kMostSurfels)};
-  }
-  auto larger = create(context, std::min(std::max(needed, 2 * capacity), kMostSurfels));
-  if (!larger) return larger.error();
+Result<void> copyRows(gpu::Context& context, const SurfelStreams& from, size_t count, SurfelStreams& to, size_t first) {
   auto recorder = gpu::Recorder::begin(context);
   if (!recorder) return recorder.error();
-  recorder->copy(places, larger->places, used * 16);
-  recorder->copy(shapes, larger->shapes, used * 16);
-  recorder->copy(looks, larger->looks, used * 16);
-  recorder->copy(records, larger->records, used * 8);
-  if (auto done = recorder->submit(); !done) return done;
-  *this = std::move(*larger);
-  return {};
+  recorder->copy(from.places, to.places, count * 16, first * 16);
+  recorder->copy(from.shapes, to.shapes, count * 16, first * 16);
+  recorder->copy(from.looks, to.looks, count * 16, first * 16);
+  recorder->copy(from.records, to.records, count * 8, first * 8);
+  return recorder->submit();
 }
 
 StreamRows pack(std::span<const Surfel> surfels) {

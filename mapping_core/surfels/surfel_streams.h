@@ -10,7 +10,7 @@
 
 namespace comap {
 
-/// Most surfels in one map: 16 bytes of each fit into a buffer of 128 MiB, and their index into 23 bits.
+/// Most surfels that one keyframe is fused with, and that one group of a prediction holds: indices have 23 bits.
 inline constexpr size_t kMostSurfels = (1u << 23) - 1;
 
 struct SurfelStreams {
@@ -21,8 +21,6 @@ struct SurfelStreams {
   size_t capacity = 0;
 
   static Result<SurfelStreams> create(gpu::Context& context, size_t capacity);
-  /// At least `needed` surfels of room, the first `used` kept; doubles. kOutOfMemory beyond kMostSurfels.
-  Result<void> reserve(gpu::Context& context, size_t needed, size_t used);
 };
 
 struct StreamRows {
@@ -38,5 +36,7 @@ std::vector<Surfel> unpack(const StreamRows& rows);
 
 Result<StreamRows> readRows(const SurfelStreams& streams, size_t count);
 Result<void> writeRows(SurfelStreams& streams, const StreamRows& rows, size_t first);
+/// Copies the first `count` rows, on the device, to the rows from `first` on.
+Result<void> copyRows(gpu::Context& context, const SurfelStreams& from, size_t count, SurfelStreams& to, size_t first);
 
 }  // namespace comap

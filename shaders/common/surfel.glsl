@@ -19,7 +19,10 @@ const uint kViolated = 5u;   // the camera saw through it, or saw the same surfa
 const uint kFlagMask = 7u;
 const uint kPixelShift = 3;
 
-// The best surfel of a pixel: rank << 23 | surfel.
+// The best surfel of a pixel: rank << 23 | surfel, counted through all chunks in view: push.base + its row.
 const uint kNoWinner = 0xffffffffu;
 const uint kSurfelMask = 0x7fffffu;
 const uint kRankShift = 23;
+
+// Behind the winners of all pixels, for each pixel the winner's row as fused: eight words, place and shape.
+#define winnerRow(pixel) (push.width * push.height + 8u * (pixel))

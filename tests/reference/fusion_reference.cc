@@ -112,18 +112,19 @@ Association associate(const View& view, const std::vector<Row>& rows, const Imag
     const Eigen::Vector3f ray = position / position.z();
     const float facing = -normal.dot(ray) / ray.norm();
     const bool in_range = position.z() > view.parameters.depth_min_m && position.z() < view.parameters.depth_max_m;
-    float in_front = 0, gate = 0;
+    float in_front = 0, gate = 0, above = 0;
     bool supported = false;
     if (m.depth > 0) {
       const Eigen::Vector3f seen = view.ray(static_cast<float>(x), static_cast<float>(y)) * m.depth;
       const float plane_depth = m.normal.dot(seen) / m.normal.dot(ray);
       in_front = (plane_depth - position.z()) * ray.norm();
       gate = view.gate(plane_depth);
+      above = m.normal.dot(position - seen);
       supported = in_range && std::abs(in_front) < gate && normal.dot(m.normal) > 0.5f;
     }
     const bool stable = row.confidence >= view.parameters.stable_confidence;
-    const bool close = !supported && m.depth > 0 && in_range && std::abs(in_front) < 0.035f &&
-                       normal.dot(m.normal) > 0.866f && facing > 0.5f;
+    const bool close = !supported && m.depth > 0 && in_range && std::abs(above) < 0.035f &&
+                       normal.dot(m.normal) > 0.866f && facing > 0.2f;
     if (close && stable) cover(view, result.covered, measurements, position, normal, row.radius, 0.035f);
     if (supported) {
       result.matches[i] = Match::kSupported;

@@ -175,12 +175,14 @@ TEST(Compaction, KeepsOrderAndContent) {
   }
   const auto kernels = SurfelKernels::create(context);
   auto streams = SurfelStreams::create(context, surfels.size());
+  auto target = SurfelStreams::create(context, surfels.size());
   FusionScratch scratch;
-  ASSERT_TRUE(kernels && streams && writeRows(*streams, rows, 0));
-  const auto left = compactStreams(context, *kernels, *streams, scratch, static_cast<uint32_t>(surfels.size()));
+  ASSERT_TRUE(kernels && streams && target && writeRows(*streams, rows, 0));
+  const auto left =
+      compactStreams(context, *kernels, *streams, *target, scratch, static_cast<uint32_t>(surfels.size()));
   ASSERT_TRUE(left) << left.error().text;
   ASSERT_EQ(*left, expected.size());
-  const auto back = readRows(*streams, *left);
+  const auto back = readRows(*target, *left);
   ASSERT_TRUE(back);
   EXPECT_TRUE(identical(unpack(*back), expected));
   EXPECT_EQ(validationText(device), "");

@@ -1,0 +1,165 @@
+#include "mapping_core/surfels/surfel_pool.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <string>
+
+#include "mapping_core/surfels/compaction.h"
+
+namespace comap {
+namespace {
+
+constexpr size_t kSurfelBytes = 56;
+
+Error fileError(const char* what) {
+  return {ErrorCode::kUnreachable, std::string("surfels could not ") + what +
+                                       " a temporary file: " + std::strerror(errno) + "; TMPDIR names its folder"};
+}
+
+template <class Rows>
+bool transferRows(Rows& rows, std::FILE* file, const auto& transfer) {
+  const auto one = [&](auto& values) {
+    return transfer(values.data(), sizeof(values[0]), values.size(), file) == values.size();
+  };
+  return one(rows.places) && one(rows.shapes) && one(rows.looks) && one(rows.records);
+}
+
+}  // namespace
+
+SurfelChunk::~SurfelChunk() {
+  pool.chunks_.erase(this);
+  pool.giveBack(std::move(streams));
+}
+
+Result<std::shared_ptr<SurfelPool>> SurfelPool::create(gpu::Device& device, size_t memory_bytes) {
+  std::shared_ptr<SurfelPool> pool(new SurfelPool(device.context(), memory_bytes));
+  auto kernels = SurfelKernels::create(pool->context);
+  if (!kernels) return kernels.error();
+  pool->kernels = *kernels;
+  return pool;
+}
+
+Result<SurfelStreams> SurfelPool::take(size_t capacity) {
+  for (;;) {
+    if (const auto found = spare_.find(capacity); found != spare_.end()) {
+      SurfelStreams streams = std::move(found->second);
+      spare_.erase(found);
+      return streams;
+    }
+    Error refusal{ErrorCode::kOutOfMemory, "surfels may take " + std::to_string(memory_bytes_ >> 20) + " MiB"};
+    if (memory_bytes_ == 0 || bytes_ + capacity * kSurfelBytes <= memory_bytes_) {
+      auto made = SurfelStreams::create(context, capacity);
+      if (made) {
+        bytes_ += capacity * kSurfelBytes;
+        return made;
+      }
+      if (made.error().code != ErrorCode::kOutOfMemory) return made.error();
+      refusal = made.error();
+    }
+    if (!spare_.empty()) {
+      dropSpare();
+      continue;
+    }
+    const auto sent = sendOneAway();
+    if (!sent) return sent.error();
+    if (!*sent) {
+      refusal.text += "; all other surfels are away already, what one keyframe or view needs does not fit";
+      return refusal;
+    }
+  }
+}
+
+void SurfelPool::giveBack(SurfelStreams streams) {
+  if (streams.capacity > 0) spare_.emplace(streams.capacity, std::move(streams));
+}
+
+void SurfelPool::dropSpare() {
+  for (const auto& [capacity, streams] : spare_) bytes_ -= capacity * kSurfelBytes;
+  spare_.clear();
+}
+
+// The chunk unused for longest; false if this step needs all that are here.
+Result<bool> SurfelPool::sendOneAway() {
+  SurfelChunk* oldest = nullptr;
+  for (SurfelChunk* chunk : chunks_) {
+    if (chunk->away || chunk->streams.capacity == 0 || chunk->used >= clock_) continue;
+    // Which of several goes does not change any result, only which file holds it.
+    if (!oldest || chunk->used < oldest->used) oldest = chunk;
+  }
+  if (!oldest) return false;
+  const auto rows = readRows(oldest->streams, oldest->rows);
+  if (!rows) return rows.error();
+  std::unique_ptr<std::FILE, SurfelChunk::CloseFile> file(std::tmpfile());
+  if (!file) return fileError("make");
+  if (!transferRows(*rows, file.get(), std::fwrite) || std::fflush(file.get()) != 0) return fileError("write");
+  oldest->away = std::move(file);
+  giveBack(std::move(oldest->streams));
+  oldest->streams = {};
+  return true;
+}
+
+Result<std::unique_ptr<SurfelChunk>> SurfelPool::makeChunk(size_t capacity) {
+  auto streams = take(capacity);
+  if (!streams) return streams.error();
+  auto chunk = std::make_unique<SurfelChunk>(*this);
+  chunk->streams = std::move(*streams);
+  chunk->capacity = capacity;
+  chunk->used = clock_;
+  chunks_.insert(chunk.get());
+  return chunk;
+}
+
+Result<StreamRows> SurfelPool::rowsOf(const SurfelChunk& chunk) {
+  if (!chunk.away) return readRows(chunk.streams, chunk.rows);
+  StreamRows rows;
+  rows.places.resize(chunk.rows);
+  rows.shapes.resize(chunk.rows);
+  rows.looks.resize(chunk.rows);
+  rows.records.resize(chunk.rows);
+  std::rewind(chunk.away.get());
+  if (!transferRows(rows, chunk.away.get(), std::fread)) return fileError("read");
+  return rows;
+}
+
+Result<void> SurfelPool::need(SurfelChunk& chunk) {
+  chunk.used = clock_;
+  if (!chunk.away) return {};
+  auto streams = take(chunk.capacity);
+  if (!streams) return streams.error();
+  const auto rows = rowsOf(chunk);
+  if (!rows) return rows.error();
+  if (auto done = writeRows(*streams, *rows, 0); !done) return done;
+  chunk.streams = std::move(*streams);
+  chunk.away.reset();
+  return {};
+}
+
+Result<void> SurfelPool::grow(SurfelChunk& chunk, size_t capacity) {
+  if (auto done = need(chunk); !done) return done;
+  if (capacity <= chunk.capacity) return {};
+  auto larger = take(capacity);
+  if (!larger) return larger.error();
+  if (auto done = copyRows(context, chunk.streams, chunk.rows, *larger, 0); !done) return done;
+  giveBack(std::exchange(chunk.streams, std::move(*larger)));
+  chunk.capacity = capacity;
+  return {};
+}
+
+Result<void> SurfelPool::compact(SurfelChunk& chunk) {
+  if (auto done = need(chunk); !done) return done;
+  auto target = take(chunk.capacity);
+  if (!target) return target.error();
+  const auto left = compactStreams(context, kernels, chunk.streams, *target, scratch, chunk.rows);
+  if (!left) return left.error();
+  giveBack(std::exchange(chunk.streams, std::move(*target)));
+  chunk.rows = *left;
+  chunk.gaps = 0;
+  return {};
+}
+
+size_t SurfelPool::chunksAway() const {
+  return static_cast<size_t>(std::count_if(chunks_.begin(), chunks_.end(), [](const auto* c) { return !!c->away; }));
+}
+
+}  // namespace comap
