@@ -128,6 +128,7 @@ int run(const RenderOptions& options) {
 
   gpu::DeviceOptions device_options;
   device_options.choice = options.device;
+  device_options.cache_directory = gpu::defaultCacheDirectory();
   auto device = gpu::Device::create(device_options);
   if (!device) return failWith(device.error());
   const bool legend = options.colouring == Colouring::kContribution;

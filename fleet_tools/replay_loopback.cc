@@ -94,6 +94,7 @@ Result<ReplayOutcome> replayLoopback(const ReplayOptions& options, const ReplayP
   core.service.fern_seed = options.fern_seed;
   gpu::DeviceOptions device_options;
   device_options.choice = options.device;
+  device_options.cache_directory = gpu::defaultCacheDirectory();
   auto device = gpu::Device::create(device_options);
   if (!device) return device.error();
   std::optional<StoreLock> lock;  // outlives the store

@@ -195,6 +195,7 @@ Result<std::vector<ReportPicture>> paintMap(const ReplayOptions& options, const 
                                             const std::vector<Pose>& T_map_cams) {
   gpu::DeviceOptions device_options;
   device_options.choice = options.device;
+  device_options.cache_directory = gpu::defaultCacheDirectory();
   auto device = gpu::Device::create(device_options);
   if (!device) return device.error();
   const Eigen::Vector3d up = upDirection(surfels, T_map_cams);

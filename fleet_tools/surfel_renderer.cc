@@ -89,7 +89,7 @@ Result<ColourImage> renderPicture(gpu::Device& device, std::span<const Surfel> s
   std::vector<Surfel> enlarged(surfels.begin(), surfels.end());
   for (Surfel& s : enlarged) s.radius *= kEnlarged;
   FusionParameters parameters;
-  parameters.initial_capacity = static_cast<uint32_t>(std::min<size_t>(enlarged.size(), 1u << 23));
+  parameters.initial_capacity = 1u << 19;
   auto map = SurfelMap::create(device, parameters);
   if (!map) return map.error();
   if (auto done = map->append(enlarged); !done) return done.error();
@@ -105,7 +105,7 @@ Result<ColourImage> renderPicture(gpu::Device& device, std::span<const Surfel> s
   camera.cy = (camera.cy + 0.5) * factor - 0.5;
   camera.width *= factor;
   camera.height *= factor;
-  auto seen = map->predict(camera, view.T_map_cam, {0, 1000, view.both_sides});
+  auto seen = map->predict(camera, view.T_map_cam, {0, 1000, view.both_sides, true});
   if (!seen) return seen.error();
 
   const Eigen::Matrix3f R_map_cam = view.T_map_cam.rotationMatrix().cast<float>();

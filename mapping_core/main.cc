@@ -98,6 +98,7 @@ int run(const Arguments& arguments) {
   if (auto alone = checkAlone(config->link); !alone) return failWith(alone.error());
   gpu::DeviceOptions device_options;
   device_options.choice = config->device;
+  device_options.cache_directory = gpu::defaultCacheDirectory();
   auto device = gpu::Device::create(device_options);
   if (!device) return failWith(device.error());
   std::optional<StoreLock> lock;  // outlives the store

@@ -4,7 +4,6 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "common/frame.glsl"
-#include "common/scan.glsl"
 layout(local_size_x = 128) in;
 layout(std430, binding = 0) readonly buffer Places { vec4 places[]; };
 const int kVisibleBinding = 1;
@@ -18,6 +17,9 @@ layout(push_constant) uniform Push {
 } push;
 
 const float kNearest = 0.05;  // m
+const uint kThreads = 128u;
+const uint kSurfelsPerThread = 8u;
+shared uint list_count;
 shared uint list_base;
 
 bool isVisible(uint i) {
@@ -31,23 +33,24 @@ bool isVisible(uint i) {
 
 void main() {
   uint thread = gl_LocalInvocationID.x;
-  uint first = gl_WorkGroupID.x * kThreads * kFlagsPerThread + thread * kFlagsPerThread;
+  uint first = (gl_WorkGroupID.x * kThreads + thread) * kSurfelsPerThread;
   uint flags = 0u;
-  for (uint k = 0u; k < kFlagsPerThread; ++k) {
+  for (uint k = 0u; k < kSurfelsPerThread; ++k) {
     flags |= first + k < push.count && isVisible(min(first + k, push.count - 1u)) ? 1u << k : 0u;
   }
-  uint own = uint(bitCount(flags));
-  uint before = scanThreads(own);
-  if (thread == kThreads - 1u) {
-    uint all = before + own;
-    list_base = atomicAdd(visible_header.w, all);
-    atomicMax(visible_header.x, (list_base + all + 1023u) / 1024u);
+  if (thread == 0u) list_count = 0u;
+  barrier();
+  uint slot = atomicAdd(list_count, uint(bitCount(flags)));
+  barrier();
+  if (thread == 0u) {
+    list_base = atomicAdd(visible_header.w, list_count);
+    atomicMax(visible_header.x, (list_base + list_count + 1023u) / 1024u);
     atomicMax(visible_header.y, 1u);
     atomicMax(visible_header.z, 1u);
   }
   barrier();
-  uint slot = list_base + before;
-  for (uint k = 0u; k < kFlagsPerThread; ++k) {
+  slot += list_base;
+  for (uint k = 0u; k < kSurfelsPerThread; ++k) {
     if ((flags >> k & 1u) != 0u) visible[slot++].x = first + k;
   }
 }

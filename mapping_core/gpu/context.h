@@ -80,6 +80,7 @@ struct Context {
   VkQueue queue = VK_NULL_HANDLE;
   VkCommandPool command_pool = VK_NULL_HANDLE;
   VkPipelineCache pipeline_cache = VK_NULL_HANDLE;
+  size_t cached_bytes = 0;  // of the pipeline cache, as read from disk
   VkFence fence = VK_NULL_HANDLE;
   std::map<std::string, std::unique_ptr<Kernel>> kernels;
   std::map<std::string, KernelTime> kernel_times;

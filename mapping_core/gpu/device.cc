@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "mapping_core/gpu/context.h"
+#include "mapping_core/gpu/pipeline_cache.h"
 
 namespace comap::gpu {
 namespace {
@@ -26,9 +27,7 @@ Result<void> createLogicalDevice(Context& context) {
   result = vkCreateCommandPool(context.device, &pool_info, nullptr, &context.command_pool);
   if (result != VK_SUCCESS) return vulkanError(result, "creating a command pool");
 
-  const VkPipelineCacheCreateInfo cache_info{VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO};
-  result = vkCreatePipelineCache(context.device, &cache_info, nullptr, &context.pipeline_cache);
-  if (result != VK_SUCCESS) return vulkanError(result, "creating a pipeline cache");
+  if (auto opened = openPipelineCache(context); !opened) return opened.error();
 
   const VkFenceCreateInfo fence_info{VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
   result = vkCreateFence(context.device, &fence_info, nullptr, &context.fence);
@@ -41,6 +40,7 @@ Result<void> createLogicalDevice(Context& context) {
 Context::~Context() {
   if (!device) return;
   vkDeviceWaitIdle(device);
+  savePipelineCache(*this);
   staging.reset();
   kernels.clear();
   vkDestroyFence(device, fence, nullptr);

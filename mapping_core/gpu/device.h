@@ -20,6 +20,9 @@ struct DeviceOptions {
   bool force_staging = false;
   /// Measure the time of each dispatch; see Device::kernelTimes().
   bool timestamps = false;
+  /// Folder that keeps compiled kernels for the next start, one file per device and driver; empty: none is kept. What
+  /// is there but of another device or driver, damaged or not writable is passed over: it only costs time.
+  std::string cache_directory;
 };
 
 struct DeviceInfo {
@@ -37,6 +40,9 @@ struct KernelTime {
   uint32_t dispatches = 0;
   double ms = 0;  ///< sum
 };
+
+/// Where compiled kernels are kept unless told otherwise: $XDG_CACHE_HOME/comap or ~/.cache/comap; empty without both.
+std::string defaultCacheDirectory();
 
 struct Context;
 

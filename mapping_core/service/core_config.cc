@@ -27,6 +27,7 @@ Result<CoreConfig> readCoreConfig(const std::string& path) {
   fusion.read("depth_max_m", mapping.fusion.depth_max_m, 0.5, 13);
   fusion.read("stable_confidence", mapping.fusion.stable_confidence, 0, 100);
   fusion.read("averaging_limit", mapping.fusion.averaging_limit, 1, 1000);
+  fusion.read("memory_mb", mapping.fusion.memory_mb, 0, 1u << 20);
 
   ConfigReader matching = reader->section("matching");
   uint32_t candidates = static_cast<uint32_t>(mapping.search.candidates);
@@ -78,6 +79,7 @@ fusion:
   depth_max_m: {}
   stable_confidence: {}  # surfels below are not shown
   averaging_limit: {}    # confidence counts no more than this in the running average
+  memory_mb: {}            # that surfels may take on the device, 64 at least; more of them wait in a file. 0: what it gives
 matching:                # when two keyframes see the same place
   candidates: {}         # fern candidates a keyframe in other maps
   loop_candidates: {}    # and in its own
@@ -100,10 +102,10 @@ tiles:
 )",
       c.store, c.device, c.link.domain, c.link.site, c.link.interface_address, c.link.profile, c.link.keys,
       c.link.insecure, m.fusion.depth_min_m, m.fusion.depth_max_m, m.fusion.stable_confidence, m.fusion.averaging_limit,
-      m.search.candidates, m.search.loop_candidates, m.search.max_dissimilarity, m.verifier.inlier_ratio,
-      m.verifier.overlap, m.verifier.rms_sigma, m.verifier.degeneracy, m.verifier.photometric_median,
-      m.verifier.seen_through, m.verifier.unlike, m.verifier.features, m.vote.needed, m.probation.witnesses,
-      c.service.fern_seed, c.service.tile_every_keyframes, c.service.tile_spacing_m);
+      m.fusion.memory_mb, m.search.candidates, m.search.loop_candidates, m.search.max_dissimilarity,
+      m.verifier.inlier_ratio, m.verifier.overlap, m.verifier.rms_sigma, m.verifier.degeneracy,
+      m.verifier.photometric_median, m.verifier.seen_through, m.verifier.unlike, m.verifier.features, m.vote.needed,
+      m.probation.witnesses, c.service.fern_seed, c.service.tile_every_keyframes, c.service.tile_spacing_m);
 }
 
 }  // namespace comap

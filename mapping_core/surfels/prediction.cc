@@ -40,6 +40,26 @@ PredictedView toView(const CameraModel& camera, const SurfacePixel* surface, con
   return view;
 }
 
+Result<void> readBlend(const PredictionBuffers& buffers, PredictedView& view) {
+  const size_t pixels = view.depth_m.size();
+  std::vector<std::array<uint32_t, 4>> colour_copy;
+  std::vector<std::array<int32_t, 4>> normal_copy;
+  const auto colours = contentOf(buffers.colour_sums, pixels, colour_copy);
+  if (!colours) return colours.error();
+  const auto normals = contentOf(buffers.normal_sums, pixels, normal_copy);
+  if (!normals) return normals.error();
+  for (size_t i = 0; i < pixels; ++i) {
+    const auto& sum = (*colours)[i];
+    if (!(view.depth_m.data()[i] > 0) || sum[3] == 0) continue;
+    const auto mean = [&](uint32_t channel) { return static_cast<uint8_t>((channel + sum[3] / 2) / sum[3]); };
+    view.colour.data()[i] = {mean(sum[0]), mean(sum[1]), mean(sum[2])};
+    const auto& n = (*normals)[i];
+    const Eigen::Vector3f normal(static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2]));
+    if (normal.norm() > 1) view.normal.data()[i] = normal.normalized();
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<void> PredictionBuffers::reserve(gpu::Context& context, size_t count) {
@@ -62,6 +82,18 @@ Result<void> PredictionBuffers::reserve(gpu::Context& context, size_t count) {
   return {};
 }
 
+Result<void> PredictionBuffers::reserveBlend(gpu::Context& context, size_t count) {
+  if (count <= blended_pixels) return {};
+  blended_pixels = 0;
+  for (gpu::Buffer* sums : {&colour_sums, &normal_sums}) {
+    auto buffer = gpu::Buffer::create(context, count * 16, "blended view");
+    if (!buffer) return buffer.error();
+    *sums = std::move(*buffer);
+  }
+  blended_pixels = count;
+  return {};
+}
+
 Result<PredictedView> predictView(gpu::Context& context, const SurfelKernels& kernels, std::span<const ChunkRows> seen,
                                   PredictionBuffers& buffers, const FramePush& frame, const CameraModel& camera,
                                   const PredictionOptions& options) {
@@ -71,7 +103,10 @@ Result<PredictedView> predictView(gpu::Context& context, const SurfelKernels& ke
   for (size_t i = 0; i < seen.size(); ++i) {
     if (auto done = buffers.visible[i].reserve(context, seen[i].streams->capacity); !done) return done.error();
   }
-  auto recorder = gpu::Recorder::begin(context, static_cast<uint32_t>(4 * seen.size() + 1));
+  if (options.blend) {
+    if (auto done = buffers.reserveBlend(context, pixels); !done) return done.error();
+  }
+  auto recorder = gpu::Recorder::begin(context, static_cast<uint32_t>(5 * seen.size() + 1));
   if (!recorder) return recorder.error();
   const float min_confidence = std::max(options.min_confidence, 0.0f);
   SplatPush splat{{frame}, min_confidence, options.max_depth_m, options.both_sides ? 1u : 0u, 0, 0};
@@ -85,6 +120,18 @@ Result<PredictedView> predictView(gpu::Context& context, const SurfelKernels& ke
                    {{frame}, seen[i].count, min_confidence, options.max_depth_m, kFootprintMargin_px});
     recorder->dispatchIndirect(*kernels.splat_depth, {&streams.places, &streams.shapes, &buffers.depths, &visible.list},
                                splat, visible.list);
+  }
+  if (options.blend) {
+    recorder->fill(buffers.colour_sums, 0, pixels * 16);
+    recorder->fill(buffers.normal_sums, 0, pixels * 16);
+    for (size_t i = 0; i < seen.size(); ++i) {
+      const SurfelStreams& streams = *seen[i].streams;
+      const gpu::Buffer& visible = buffers.visible[i].list;
+      recorder->dispatchIndirect(*kernels.blend,
+                                 {&streams.places, &streams.shapes, &streams.looks, &buffers.depths, &visible,
+                                  &buffers.colour_sums, &buffers.normal_sums},
+                                 splat, visible);
+    }
   }
   // Keys hold 23 bits of index, so chunks go in groups of that many surfels.
   for (size_t first = 0, end = 0; first < seen.size(); first = end) {
@@ -117,7 +164,11 @@ Result<PredictedView> predictView(gpu::Context& context, const SurfelKernels& ke
   if (!surface) return surface.error();
   auto appearance = contentOf(buffers.appearance, pixels, appearance_copy);
   if (!appearance) return appearance.error();
-  return toView(camera, *surface, *appearance);
+  PredictedView view = toView(camera, *surface, *appearance);
+  if (options.blend) {
+    if (auto done = readBlend(buffers, view); !done) return done.error();
+  }
+  return view;
 }
 
 }  // namespace comap

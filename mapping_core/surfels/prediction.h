@@ -13,10 +13,13 @@ struct PredictionBuffers {
   gpu::Buffer keys;                  ///< u32 per pixel: relative distance << 23 | surfel of the group
   gpu::Buffer surface;               ///< vec4 per pixel: normal in the camera's frame, depth
   gpu::Buffer appearance;            ///< uvec4 per pixel: colour, confidence bits, contributors, rank
+  gpu::Buffer colour_sums;           ///< four u32 per pixel; only for blended views
+  gpu::Buffer normal_sums;           ///< four i32 per pixel
   std::vector<VisibleList> visible;  ///< one per chunk in view
-  size_t pixels = 0;
+  size_t pixels = 0, blended_pixels = 0;
 
   Result<void> reserve(gpu::Context& context, size_t count);
+  Result<void> reserveBlend(gpu::Context& context, size_t count);
 };
 
 /// Pixels that a surfel's disc may reach beyond the one its centre is seen at, see shaders/common/disc.glsl.

@@ -4,6 +4,7 @@
 
 // SPIR-V as words, made from shaders/ by the build.
 #include "shaders/associate.h"
+#include "shaders/blend.h"
 #include "shaders/clean_up.h"
 #include "shaders/compact.h"
 #include "shaders/count_alive.h"
@@ -49,6 +50,7 @@ Result<SurfelKernels> SurfelKernels::create(gpu::Context& context) {
       {&kernels.splat_depth, source<SplatPush>("splat_depth", kSplatDepthSpirv, 4)},
       {&kernels.splat_index, source<SplatPush>("splat_index", kSplatIndexSpirv, 5)},
       {&kernels.resolve, source<SplatPush>("resolve", kResolveSpirv, 6)},
+      {&kernels.blend, source<SplatPush>("blend", kBlendSpirv, 7)},
       {&kernels.move_owners, source<MoveOwnersPush>("move_owners", kMoveOwnersSpirv, 4)},
   };
   for (const auto& entry : table) {

@@ -20,6 +20,7 @@ struct SurfelKernels {
   const gpu::Kernel* splat_depth = nullptr;
   const gpu::Kernel* splat_index = nullptr;
   const gpu::Kernel* resolve = nullptr;
+  const gpu::Kernel* blend = nullptr;
   const gpu::Kernel* move_owners = nullptr;
 
   /// Compiled once per device, however many maps it holds.

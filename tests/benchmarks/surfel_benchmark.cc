@@ -1,11 +1,13 @@
 // Time of the surfel map's verbs on a map of a given size: a synthetic room of wavy walls seen from its middle.
 #include <benchmark/benchmark.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
 
+#include "mapping_core/gpu/recorder.h"
 #include "mapping_core/surfels/surfel_map.h"
 
 namespace comap {
@@ -73,6 +75,36 @@ void reportKernels(benchmark::State& state, const std::map<std::string, gpu::Ker
   }
 }
 
+// Bytes a second that a copy within the device reads and writes.
+double copyBandwidth() {
+  static const double measured = [] {
+    constexpr size_t kBytes = 96u << 20;
+    auto from = gpu::Buffer::create(device().context(), kBytes, "from");
+    auto to = gpu::Buffer::create(device().context(), kBytes, "to");
+    double best = 0;
+    for (int i = 0; from && to && i < 5; ++i) {
+      auto recorder = gpu::Recorder::begin(device().context());
+      if (!recorder) break;
+      recorder->copy(*from, *to, kBytes);
+      const auto begin = std::chrono::steady_clock::now();
+      if (!recorder->submit()) break;
+      const std::chrono::duration<double> time = std::chrono::steady_clock::now() - begin;
+      best = std::max(best, 2.0 * kBytes / time.count());
+    }
+    return best;
+  }();
+  return measured;
+}
+
+// What a kernel that reads and writes so many bytes a surfel reaches of a copy's bandwidth.
+void reportShare(benchmark::State& state, const std::string& kernel, double bytes) {
+  const auto ms = state.counters.find(kernel + "_ms");
+  if (ms == state.counters.end() || copyBandwidth() <= 0) return;
+  state.counters["copy_GBps"] = copyBandwidth() * 1e-9;
+  state.counters[kernel + "_of_copy"] =
+      bytes * static_cast<double>(state.range(0)) / (ms->second * 1e-3) / copyBandwidth();
+}
+
 SurfelMap mapOf(benchmark::State& state) {
   auto map = SurfelMap::create(device(), {});
   if (!map || !map->append(wallSurfels(static_cast<size_t>(state.range(0))))) {
@@ -92,8 +124,15 @@ void fuse(benchmark::State& state) {
     if (!map.fuse(kCamera, colour, depth, Pose(), 0, 1)) state.SkipWithError("fuse failed");
   }
   reportKernels(state, before);
+  reportShare(state, "list_visible", 16);
 }
-BENCHMARK(fuse)->Arg(100'000)->Arg(1'000'000)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
+BENCHMARK(fuse)
+    ->Arg(100'000)
+    ->Arg(1'000'000)
+    ->Arg(4'000'000)
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
 
 void predict(benchmark::State& state) {
   SurfelMap map = mapOf(state);
@@ -104,15 +143,24 @@ void predict(benchmark::State& state) {
   }
   reportKernels(state, before);
 }
-BENCHMARK(predict)->Arg(100'000)->Arg(1'000'000)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
+BENCHMARK(predict)
+    ->Arg(100'000)
+    ->Arg(1'000'000)
+    ->Arg(4'000'000)
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
 
 void moveOwners(benchmark::State& state) {
   SurfelMap map = mapOf(state);
   const std::vector<Pose> motions(1);
   (void)map.moveOwners(motions);
+  const auto before = device().kernelTimes();
   for (auto _ : state) {
     if (!map.moveOwners(motions)) state.SkipWithError("move failed");
   }
+  reportKernels(state, before);
+  reportShare(state, "move_owners", 80);
 }
 BENCHMARK(moveOwners)->Arg(1'000'000)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
 

@@ -1,7 +1,10 @@
 #include "mapping_core/gpu/device.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <filesystem>
+#include <fstream>
 #include <numeric>
 
 #include "mapping_core/gpu/buffer.h"
@@ -85,6 +88,38 @@ TEST_P(BufferTest, GivesBackWhatWasWritten) {
   EXPECT_EQ(validationText(*device), "");
 }
 INSTANTIATE_TEST_SUITE_P(MappedAndStaged, BufferTest, testing::Bool());
+
+TEST(Device, KeepsCompiledKernelsForTheNext) {
+  COMAP_DEVICE_OR_SKIP(shared);
+  const std::string folder = testing::TempDir() + "comap-kernels-" + std::to_string(::getpid());
+  gpu::DeviceOptions options;
+  options.choice = std::to_string(shared.info().index);
+  options.validation = true;
+  options.cache_directory = folder + "/below";
+  const auto files = [&] {
+    std::vector<std::filesystem::path> found;
+    for (const auto& entry : std::filesystem::directory_iterator(options.cache_directory))
+      found.push_back(entry.path());
+    return found;
+  };
+  ASSERT_TRUE(gpu::Device::create(options));
+  ASSERT_EQ(files().size(), 1u);
+  const auto path = files()[0];
+  ASSERT_TRUE(gpu::Device::create(options));
+  // Of another driver, cut off, or nonsense: passed over, and replaced.
+  for (const char* content : {"", "nonsense", "................................................................"}) {
+    std::ofstream(path, std::ios::binary) << content;
+    auto device = gpu::Device::create(options);
+    ASSERT_TRUE(device) << device.error().text;
+    EXPECT_EQ(validationText(*device), "");
+    { const auto gone = std::move(*device); }
+    EXPECT_GE(std::filesystem::file_size(path), 32u);
+    EXPECT_EQ(files().size(), 1u);
+  }
+  options.cache_directory = "/proc/nowhere";
+  EXPECT_TRUE(gpu::Device::create(options));
+  std::filesystem::remove_all(folder);
+}
 
 TEST(Buffer, LargerThanTheDeviceAllowsIsRefusedByName) {
   COMAP_DEVICE_OR_SKIP(device);
