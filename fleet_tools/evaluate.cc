@@ -213,6 +213,7 @@ Result<json> updateReport(const std::string& run, const RunEvaluation& evaluatio
                          {"completeness_2cm", s.completeness_2cm}, {"map_points", s.map_points},
                          {"truth_points", s.truth_points},         {"truth_points_seen", s.truth_points_seen}};
     report["surface"]["completeness_seen_2cm"] = s.truth_points_seen ? json(s.completeness_seen_2cm) : json(nullptr);
+    report["surface"]["covered_seen_2cm"] = s.truth_points_seen ? json(s.covered_seen_2cm) : json(nullptr);
   } else {
     report["surface"] = nullptr;
     report["surface_reason"] = evaluation.surface_reason;

@@ -86,7 +86,9 @@ void printRun(const RunEvaluation& evaluation) {
     const auto& s = *evaluation.surface;
     std::printf("surface      accuracy %.4f m mean, %.4f median, %.4f at 90 %%; completeness within 2 cm %.1f %%",
                 s.accuracy_mean_m, s.accuracy_median_m, s.accuracy_p90_m, 100 * s.completeness_2cm);
-    if (s.truth_points_seen > 0) std::printf(" (%.1f %% of what the keyframes saw)", 100 * s.completeness_seen_2cm);
+    if (s.truth_points_seen > 0)
+      std::printf(" (%.1f %% of what the keyframes saw, %.1f %% by discs)", 100 * s.completeness_seen_2cm,
+                  100 * s.covered_seen_2cm);
     std::printf("\n");
   } else {
     std::printf("surface      none: %s\n", evaluation.surface_reason.c_str());
