@@ -8,6 +8,7 @@
 namespace comap {
 namespace {
 
+constexpr double kInterestShare = 0.1;  // of the uplink, for telling which tiles are held
 constexpr int kDamagedInARow = 10, kBackwardsInARow = 5;
 constexpr std::chrono::seconds kHelloPeriod{1}, kStatusPeriod{1};
 
@@ -269,7 +270,8 @@ Result<void> Agent::handle(const Delivery& delivery) {
 }
 
 void Agent::sendInterest() {
-  if (!welcome_) return;
+  const auto now = std::chrono::steady_clock::now();
+  if (!welcome_ || now < next_interest_) return;
   Interest interest;
   interest.robot = config_.robot;
   interest.session = session_;
@@ -278,8 +280,12 @@ void Agent::sendInterest() {
   interest.budget_bytes_per_s = config_.downlink_bytes_per_s;
   interest.held = localizer_.tiles().held();
   interest.at = localizer_.interestAt();
-  if (const auto encoded = encodeInterest(interest))
-    (void)link_.publish(Topic::kInterest, config_.robot, *encoded);  // the next one replaces it
+  const auto encoded = encodeInterest(interest);
+  if (!encoded || !link_.publish(Topic::kInterest, config_.robot, *encoded)) return;  // no room: the next one says it
+  const double uplink = sender_.uplinkBytesPerSecond();
+  if (!config_.sender.send.paced || uplink <= 0) return;
+  next_interest_ = now + std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(
+                             static_cast<double>(encoded->size()) / (kInterestShare * uplink)));
 }
 
 void Agent::sendStatus(bool finished) {

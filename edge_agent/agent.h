@@ -69,7 +69,8 @@ class Agent {
   /// kProblem if the core refuses this robot; the text says why.
   Result<void> exchange(std::chrono::milliseconds timeout);
 
-  /// Tells the core where the robot is and which tiles it holds.
+  /// Tells the core where the robot is and which tiles it holds, unless the last such message still weighs on a slow
+  /// uplink.
   void sendInterest();
   /// Tells all how the robot does. `finished`: source ended and all keyframes acknowledged.
   void sendStatus(bool finished);
@@ -118,7 +119,7 @@ class Agent {
   bool welcome_ = false;  // the core has answered the hello: topics may overtake each other, so nothing goes before
   bool had_peer_ = false;
   bool finished_ = false;  // as last told
-  std::chrono::steady_clock::time_point last_hello_{}, last_status_{};
+  std::chrono::steady_clock::time_point last_hello_{}, last_status_{}, next_interest_{};
   uint32_t durable_below_ = 0;
   uint32_t mapped_below_ = 0;
   Pose T_odom_cam_;

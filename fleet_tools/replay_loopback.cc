@@ -92,6 +92,7 @@ Result<ReplayOutcome> replayLoopback(const ReplayOptions& options, const ReplayP
   }
   CoreConfig core;
   core.service.fern_seed = options.fern_seed;
+  core.service.pace_tiles = false;
   gpu::DeviceOptions device_options;
   device_options.choice = options.device;
   device_options.cache_directory = gpu::defaultCacheDirectory();
@@ -113,6 +114,7 @@ Result<ReplayOutcome> replayLoopback(const ReplayOptions& options, const ReplayP
     config.fern_seed = options.fern_seed;
     config.outbox.kind = "memory";
     config.sender.send.budget_bytes_per_s = 0;  // no waiting for a clock: the same order each time
+    config.sender.send.paced = false;
     auto outbox = Outbox::inMemory();
     if (!outbox) return outbox.error();
     robot.agent =

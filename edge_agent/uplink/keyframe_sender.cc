@@ -194,8 +194,11 @@ void KeyframeSender::sendDue(std::chrono::steady_clock::time_point now) {
   if (peer && !had_peer_) window_.restart();
   had_peer_ = peer;
   if (!peer) return;
-  for (const OutboxKey& key : window_.overdue(now))
-    if (!send(key, now)) return;
+  // While the link still carries what it has, a repeat would only wait behind it.
+  if (link_.delivered(Topic::kKeyframe, robot_)) {
+    for (const OutboxKey& key : window_.overdue(now))
+      if (!send(key, now)) return;
+  }
   while (window_.hasRoom(now)) {
     const auto key = nextUnsent();
     if (!key || !send(*key, now)) return;

@@ -52,6 +52,8 @@ class KeyframeSender {
   size_t waitingInMemory() const { return spare_ ? spare_->size() : 0; }  ///< because the outbox's disk failed
   uint64_t waitingBytes() const;
   uint64_t bytesSent() const { return bytes_sent_; }  ///< repeats included
+  /// What the link delivers, as far as keyframes have shown it. 0: not known.
+  double uplinkBytesPerSecond() const { return window_.rate().bytesPerSecond(); }
   const SenderLosses& losses() const { return losses_; }
 
  private:

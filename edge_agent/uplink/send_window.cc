@@ -11,6 +11,7 @@ constexpr double kSmoothing = 0.25;
 constexpr double kUsualTimes = 3;
 constexpr Seconds kMostPatience{60};
 constexpr int kMostDoublings = 5;
+constexpr double kQueue_s = 1;
 
 }  // namespace
 
@@ -22,6 +23,9 @@ double SendWindow::budgetAt(Clock::time_point now) const {
 
 bool SendWindow::hasRoom(Clock::time_point now) const {
   if (under_way_.size() >= std::max<size_t>(1, static_cast<size_t>(open_))) return false;
+  if (options_.paced && !under_way_.empty() && rate_.bytesPerSecond() > 0 &&
+      under_way_bytes_ + last_bytes_ > rate_.bytesWithin(kQueue_s, 0))
+    return false;
   return options_.budget_bytes_per_s == 0 || budgetAt(now) > 0;
 }
 
@@ -47,8 +51,13 @@ std::vector<OutboxKey> SendWindow::overdue(Clock::time_point now) {
 
 void SendWindow::sent(const OutboxKey& key, size_t bytes, Clock::time_point now) {
   Sent& sent = under_way_[key];
-  if (sent.times++ == 0) sent.first = now;
+  if (sent.times++ == 0 && sent.bytes == 0) {
+    sent.first = rate_.mark(now);
+    sent.bytes = bytes;
+    under_way_bytes_ += bytes;
+  }
   sent.last = now;
+  last_bytes_ = bytes;
   if (options_.budget_bytes_per_s == 0) return;
   credit_bytes_ = budgetAt(now) - static_cast<double>(bytes);
   credited_ = now;
@@ -58,13 +67,24 @@ void SendWindow::acknowledged(std::span<const OutboxKey> keys, Clock::time_point
   for (const OutboxKey& key : keys) {
     const auto found = under_way_.find(key);
     if (found == under_way_.end()) continue;
-    if (found->second.times == 1) {  // of one sent twice it is not known which arrived
-      const double took_s = Seconds(now - found->second.first).count();
+    const Sent& sent = found->second;
+    if (sent.times == 1) {
+      const double took_s = Seconds(now - sent.first.sent).count();
       usual_s_ = usual_s_ == 0 ? took_s : usual_s_ + kSmoothing * (took_s - usual_s_);
+      rate_.delivered(sent.first, sent.bytes, now);
+    } else {
+      rate_.deliveredSometime(sent.bytes);
     }
-    under_way_.erase(found);
+    forget(key);
     open_ = std::min(open_ + 1, static_cast<double>(options_.window));
   }
+}
+
+void SendWindow::forget(const OutboxKey& key) {
+  const auto found = under_way_.find(key);
+  if (found == under_way_.end()) return;
+  under_way_bytes_ -= found->second.bytes;
+  under_way_.erase(found);
 }
 
 void SendWindow::restart() {

@@ -13,9 +13,9 @@
 namespace comap {
 namespace {
 
-constexpr uint32_t kResendAfterInterests = 6;  // a tile not yet reported as held after so many was lost on the way
-constexpr size_t kFusedAtOnce = 4;             // keyframes whose surfels are missing, between looking for messages
-constexpr double kInterestsPerSecond = 2;      // share of the per-second budget that one interest may use
+constexpr size_t kMaxRefusalBytes = 600;   // an acknowledgement has to fit one datagram
+constexpr size_t kFusedAtOnce = 4;         // keyframes whose surfels are missing, between looking for messages
+constexpr double kInterestsPerSecond = 2;  // share of the per-second budget that one interest may use
 
 std::string describe(const Confirmation& heard) {
   return fmt::format("confirmed by {} later keyframes and {} closures, {:.2f} % of the common surface contradicts it",
@@ -99,7 +99,7 @@ Result<void> MappingService::handle(const Delivery& delivery) {
         refuse(delivery, hello.error().text);
         Acknowledgement refusal;  // of which session cannot be read
         refusal.robot = delivery.robot;
-        refusal.refusal = hello.error().text;
+        refusal.refusal = hello.error().text.substr(0, kMaxRefusalBytes);
         send(Topic::kAck, delivery.robot, encodeAcknowledgement(refusal));
         return {};
       }
@@ -252,31 +252,25 @@ Result<void> MappingService::handleInterest(const Delivery& delivery) {
   RobotRecord* record = registry_.served(interest->robot, interest->session);
   if (record == nullptr || !record->correction) return {};
   record->interest = *interest;
-  Downlink& downlink = downlinks_[interest->robot];
   // A robot may know better where it is than the graph does yet: in a part of the joint map that it has recognised.
   const bool elsewhere = interest->at && tiles_.holds(interest->at->map);
-  const MapId map = elsewhere ? interest->at->map : record->correction->map;
-  if (downlink.map != map) downlink = Downlink{map, 0, {}};
-  ++downlink.interests;
+  if (elsewhere) return sendTiles(*interest, interest->at->map, interest->at->T_map_cam);
+  return sendTiles(*interest, record->correction->map, record->correction->T_map_odom * interest->T_odom_cam);
+}
 
-  // What is on its way counts as held until it is overdue.
-  std::vector<HeldTile> held = interest->held;
-  std::erase_if(held, [&](const HeldTile& tile) { return tile.key.map != map; });
-  std::map<TileKey, uint64_t> known;
-  for (const HeldTile& tile : held) known[tile.key] = tile.revision;
-  for (const auto& [key, sent] : downlink.sent)
-    if (downlink.interests - sent.interest < kResendAfterInterests) known[key] = std::max(known[key], sent.revision);
-  held.clear();
-  for (const auto& [key, revision] : known) held.push_back({key, revision});
-
-  const Pose T_map_cam = elsewhere ? interest->at->T_map_cam : record->correction->T_map_odom * interest->T_odom_cam;
-  const size_t budget = static_cast<size_t>(interest->budget_bytes_per_s / kInterestsPerSecond);
-  for (const Tile& tile : tiles_.lacking(map, T_map_cam.translation(), interest->radius_m, held, budget)) {
+Result<void> MappingService::sendTiles(const Interest& interest, const MapId& map, const Pose& T_map_cam) {
+  const auto now = std::chrono::steady_clock::now();
+  TileDownlink& downlink = downlinks_[interest.robot];
+  const std::vector<HeldTile> held = downlink.reported(map, interest.held, now);
+  size_t budget = static_cast<size_t>(interest.budget_bytes_per_s / kInterestsPerSecond);
+  if (options_.pace_tiles) budget = std::min(budget, downlink.room());
+  if (budget == 0) return {};
+  for (const Tile& tile : tiles_.lacking(map, T_map_cam.translation(), interest.radius_m, held, budget)) {
     const auto encoded = encodeTile(tile);
     if (!encoded) return encoded.error();
-    statistics_.tile_bytes[interest->robot] += encoded->size();
-    downlink.sent[tile.key] = {tile.revision, downlink.interests};
-    send(Topic::kTile, interest->robot, encoded);
+    if (!link_.publish(Topic::kTile, interest.robot, *encoded)) break;  // no room: with the next interest
+    statistics_.tile_bytes[interest.robot] += encoded->size();
+    downlink.sent(tile.key, tile.revision, encoded->size(), now);
   }
   return {};
 }
@@ -325,7 +319,7 @@ void MappingService::refuse(const Delivery& delivery, const std::string& why) {
 }
 
 void MappingService::send(Topic topic, const std::string& robot, const Result<std::vector<uint8_t>>& encoded) {
-  // What does not get through is sent again: acknowledgements and corrections with the next one, tiles when overdue.
+  // What does not get through is sent again: acknowledgements and corrections with the next one.
   if (!encoded) {
     log_("message to '" + robot + "' not sent: " + encoded.error().text);
     return;

@@ -12,6 +12,7 @@
 #include "mapping_core/ingest/keyframe_ingest.h"
 #include "mapping_core/ingest/robot_registry.h"
 #include "mapping_core/service/map_builder.h"
+#include "mapping_core/tiles/tile_downlink.h"
 #include "mapping_core/tiles/tile_index.h"
 #include "protocol/link/link.h"
 
@@ -22,6 +23,8 @@ struct ServiceOptions {
   uint32_t fern_seed = FernBook::kStandardSeed;  ///< the same as all robots'
   uint32_t tile_every_keyframes = 6;  ///< a map's tiles are renewed after so many keyframes, and when the core is idle
   float tile_spacing_m = 0.01f;       ///< level of detail that goes to robots
+  /// Tiles go no faster than their arrival is reported; else by the robots' budgets alone, without looking at a clock.
+  bool pace_tiles = true;
 };
 
 struct ServiceStatistics {
@@ -61,6 +64,7 @@ class MappingService {
   void noteAlive(const std::string& robot, uint64_t session);
   Result<void> handleKeyframe(const Delivery& delivery);
   Result<void> handleInterest(const Delivery& delivery);
+  Result<void> sendTiles(const Interest& interest, const MapId& map, const Pose& T_map_cam);
   Result<void> mapNext();
   void announceMerges(const MapChange& change);
   Result<void> publishCorrections();
@@ -73,16 +77,6 @@ class MappingService {
     KeyframeId id;
     Pose T_odom_cam;
   };
-  struct SentTile {
-    uint64_t revision = 0;
-    uint32_t interest = 0;  // number of the interest that it answered
-  };
-  struct Downlink {
-    MapId map;
-    uint32_t interests = 0;
-    std::map<TileKey, SentTile> sent;
-  };
-
   ServiceOptions options_;
   Link& link_;
   MapStore& store_;
@@ -94,7 +88,7 @@ class MappingService {
   TileIndex tiles_;
   std::map<std::string, uint32_t> robot_index_;  // in order of first keyframe
   std::map<std::string, Latest> latest_;         // last mapped keyframe of each robot
-  std::map<std::string, Downlink> downlinks_;
+  std::map<std::string, TileDownlink> downlinks_;
   std::map<KeyframeId, uint32_t> unpublished_;  // anchor -> keyframes since its tiles were renewed
   ServiceStatistics statistics_;
   uint32_t keyframes_ = 0;

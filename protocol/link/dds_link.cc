@@ -15,13 +15,12 @@
 #include <fastdds/dds/subscriber/DataReaderListener.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
-#include <fastdds/dds/topic/ContentFilteredTopic.hpp>
 #include <limits>
 #include <map>
 #include <mutex>
 
 #include "protocol/link/octets_type.h"
-#include "protocol/link/own_samples_filter.h"
+#include "protocol/link/paced_writers.h"
 #include "protocol/link/qos.h"
 #include "protocol/link/roaming_link.h"
 #include "protocol/link/security.h"
@@ -35,6 +34,11 @@ namespace dds = eprosima::fastdds::dds;
 using eprosima::fastrtps::types::ReturnCode_t;
 
 constexpr int kMaxDomain = 230;  // beyond, the standard's port numbers pass 65535
+constexpr size_t kMaxRobots = 256;
+
+// Large messages are repaired as often as small ones that are sent all the time show it to make sense.
+bool isPaced(Topic topic) { return topic == Topic::kKeyframe || topic == Topic::kInterest || topic == Topic::kTile; }
+bool measuresPace(Topic topic) { return topic == Topic::kStatus || topic == Topic::kAck; }
 
 // Wakes receive; says nothing about what came.
 class Bell {
@@ -64,7 +68,7 @@ class Bell {
 // One reader and the next sample of it, taken out of DDS ahead of delivery to compare ages across topics.
 class Inlet : public dds::DataReaderListener {
  public:
-  /// `only_for`: the robot whose samples are taken, besides those to all; empty: everyone's.
+  /// `only_for`: the robot whose samples are taken; empty: everyone's.
   Inlet(Topic topic, std::string only_for, Bell& bell,
         std::function<bool(const Octets&, const dds::SampleInfo&)> genuine)
       : topic_(topic), only_for_(std::move(only_for)), bell_(bell), genuine_(std::move(genuine)) {}
@@ -110,7 +114,7 @@ class Inlet : public dds::DataReaderListener {
     return true;
   }
 
-  bool isForUs(const std::string& robot) const { return only_for_.empty() || robot.empty() || robot == only_for_; }
+  bool isForUs(const std::string& robot) const { return only_for_.empty() || robot == only_for_; }
 
   const Topic topic_;
   const std::string only_for_;
@@ -130,15 +134,17 @@ class DdsLink : public Link {
   Result<void> open();
 
   Result<void> publish(Topic topic, const std::string& robot, std::span<const uint8_t> payload) override;
+  bool delivered(Topic topic, const std::string& robot) const override;
   std::optional<Delivery> receive(std::chrono::milliseconds timeout) override;
   int peers() const override;
 
  private:
-  Result<void> openWriter(Topic topic, dds::Topic* dds_topic);
-  Result<void> openReader(Topic topic, dds::Topic* dds_topic);
+  Result<void> openReader(Topic topic);
+  Result<dds::DataWriter*> writerOf(Topic topic, const std::string& robot);
+  Result<dds::Publisher*> publisherTo(const std::string& partition);
   bool isGenuine(Topic topic, const Octets& sample, const dds::SampleInfo& info);
   Inlet* oldestHead();
-  int readersOf(Topic topic) const;
+  int readersOf(const dds::DataWriter& writer) const;
   int writersOf(Topic topic) const;
   Error unreachable(const std::string& what) const {
     return {ErrorCode::kUnreachable, what + " on DDS domain " + std::to_string(options_.domain) + " at " +
@@ -149,17 +155,19 @@ class DdsLink : public Link {
   const Authorship authorship_;
   JoinWatch joins_;
   bool told_of_impostor_ = false;
-  OwnSamplesFilterFactory filters_;
   Bell bell_;
   dds::DomainParticipant* participant_ = nullptr;
-  dds::Publisher* publisher_ = nullptr;
   dds::Subscriber* subscriber_ = nullptr;
-  std::map<Topic, dds::DataWriter*> writers_;
+  std::map<Topic, dds::Topic*> topics_;
+  std::map<std::string, dds::Publisher*> publishers_;                  // by partition
+  std::map<std::pair<Topic, std::string>, dds::DataWriter*> writers_;  // by topic and partition
   std::map<Topic, std::unique_ptr<Inlet>> inlets_;
+  std::unique_ptr<PacedWriters> paced_;  // where a link can be slow
 };
 
 DdsLink::~DdsLink() {
   if (participant_ == nullptr) return;
+  paced_.reset();
   participant_->set_listener(nullptr);
   // Listeners first: after this no callback runs into members that go.
   for (auto& [topic, inlet] : inlets_) {
@@ -182,6 +190,7 @@ void switchOffShortCuts() {
 
 Result<void> DdsLink::open() {
   switchOffShortCuts();
+  if (profileOf(options_) != "local") paced_ = std::make_unique<PacedWriters>();
   const std::string name = "comap/" + roleName(options_.role) + (options_.robot.empty() ? "" : "/" + options_.robot);
   const HandshakeRoom room(options_);
   participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
@@ -193,48 +202,54 @@ Result<void> DdsLink::open() {
   }
   const dds::TypeSupport type(new OctetsType);
   if (participant_->register_type(type) != ReturnCode_t::RETCODE_OK) return unreachable("registering the type");
-  if (participant_->register_content_filter_factory(kOwnSamplesFilter, &filters_) != ReturnCode_t::RETCODE_OK) {
-    return unreachable("registering the content filter");
-  }
-  dds::PublisherQos publisher_qos = dds::PUBLISHER_QOS_DEFAULT;
-  publisher_qos.partition().push_back(options_.site.c_str());
-  publisher_ = participant_->create_publisher(publisher_qos);
   dds::SubscriberQos subscriber_qos = dds::SUBSCRIBER_QOS_DEFAULT;
-  subscriber_qos.partition().push_back(options_.site.c_str());
+  for (const std::string& partition : partitionsRead(options_.role, options_.site, options_.robot))
+    subscriber_qos.partition().push_back(partition.c_str());
   subscriber_ = participant_->create_subscriber(subscriber_qos);
-  if (publisher_ == nullptr || subscriber_ == nullptr) return unreachable("creating publisher and subscriber");
+  if (subscriber_ == nullptr) return unreachable("creating the subscriber");
   for (const Topic topic : kAllTopics) {
     const bool in = reads(options_.role, topic), out = writes(options_.role, topic);
     if (!in && !out) continue;
-    dds::Topic* dds_topic = participant_->create_topic(topicName(topic), type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
-    if (dds_topic == nullptr) return unreachable("creating topic " + topicName(topic));
-    if (auto opened = out ? openWriter(topic, dds_topic) : Result<void>(); !opened) return opened;
-    if (auto opened = in ? openReader(topic, dds_topic) : Result<void>(); !opened) return opened;
+    topics_[topic] = participant_->create_topic(topicName(topic), type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
+    if (topics_[topic] == nullptr) return unreachable("creating topic " + topicName(topic));
+    if (auto opened = in ? openReader(topic) : Result<void>(); !opened) return opened;
+    // A core's writers to a robot are made when it has something to say to it.
+    if (!out || (options_.role == LinkRole::kCore && isToRobots(topic))) continue;
+    if (auto writer = writerOf(topic, options_.robot); !writer) return writer.error();
   }
   return {};
 }
 
-Result<void> DdsLink::openWriter(Topic topic, dds::Topic* dds_topic) {
-  dds::DataWriter* writer = publisher_->create_datawriter(dds_topic, writerQos(topic, options_.max_blocking_ms));
+Result<dds::Publisher*> DdsLink::publisherTo(const std::string& partition) {
+  if (const auto it = publishers_.find(partition); it != publishers_.end()) return it->second;
+  if (publishers_.size() > kMaxRobots)
+    return Error{ErrorCode::kProblem, "more than " + std::to_string(kMaxRobots) + " robots on one link"};
+  dds::PublisherQos qos = dds::PUBLISHER_QOS_DEFAULT;
+  qos.partition().push_back(partition.c_str());
+  dds::Publisher* publisher = participant_->create_publisher(qos);
+  if (publisher == nullptr) return unreachable("creating the publisher of partition " + partition);
+  return publishers_[partition] = publisher;
+}
+
+Result<dds::DataWriter*> DdsLink::writerOf(Topic topic, const std::string& robot) {
+  const std::string partition = partitionWritten(options_.site, robot);
+  if (const auto it = writers_.find({topic, partition}); it != writers_.end()) return it->second;
+  const auto publisher = publisherTo(partition);
+  if (!publisher) return publisher.error();
+  dds::DataWriter* writer =
+      (*publisher)->create_datawriter(topics_.at(topic), writerQos(topic, options_.max_blocking_ms));
   if (writer == nullptr) return unreachable("creating the writer of " + topicName(topic));
-  writers_[topic] = writer;
-  return {};
+  if (paced_ && isPaced(topic)) paced_->pace(partition, writer);
+  if (paced_ && measuresPace(topic)) paced_->measureBy(partition, writer);
+  return writers_[{topic, partition}] = writer;
 }
 
-Result<void> DdsLink::openReader(Topic topic, dds::Topic* dds_topic) {
-  dds::TopicDescription* source = dds_topic;
-  // A sample that is filtered by its writer carries the filters' marks beside its content; where datagrams are small,
-  // Fast DDS leaves no room for them and never sends it. There the reader takes all and drops what is for others.
-  if (options_.role == LinkRole::kRobot && profileOf(options_) == "local") {
-    source = participant_->create_contentfilteredtopic(topicName(topic) + "/own", dds_topic, "robot", {options_.robot},
-                                                       kOwnSamplesFilter);
-    if (source == nullptr) return unreachable("filtering topic " + topicName(topic));
-  }
+Result<void> DdsLink::openReader(Topic topic) {
   auto& inlet = inlets_[topic] = std::make_unique<Inlet>(
       topic, options_.role == LinkRole::kRobot ? options_.robot : "", bell_,
       [this, topic](const Octets& sample, const dds::SampleInfo& info) { return isGenuine(topic, sample, info); });
   // Created without listener: the first callback may come before create_datareader has returned.
-  inlet->setReader(subscriber_->create_datareader(source, readerQos(topic)));
+  inlet->setReader(subscriber_->create_datareader(topics_.at(topic), readerQos(topic)));
   if (inlet->reader() == nullptr) return unreachable("creating the reader of " + topicName(topic));
   inlet->reader()->set_listener(inlet.get(), dds::StatusMask::data_available());
   return {};
@@ -244,13 +259,26 @@ Result<void> DdsLink::publish(Topic topic, const std::string& robot, std::span<c
   if (auto allowed = checkPublish(options_.role, options_.robot, topic, robot, payload.size()); !allowed) {
     return allowed;
   }
+  // All writers to a robot at once, so that tiles find their reader when their time comes.
+  for (const Topic other : kAllTopics) {
+    if (options_.role != LinkRole::kCore || !isToRobots(topic) || !isToRobots(other)) continue;
+    if (const auto opened = writerOf(other, robot); !opened) return opened.error();
+  }
+  const auto writer = writerOf(topic, robot);
+  if (!writer) return writer.error();
+  if (topic == Topic::kTile && readersOf(**writer) == 0)
+    return Error{ErrorCode::kUnreachable, topicName(topic) + ": robot '" + robot + "' is not there"};
   Octets octets{robot, {payload.begin(), payload.end()}};
-  const ReturnCode_t code = writers_.at(topic)->write(&octets, dds::HANDLE_NIL);
-  if (code == ReturnCode_t::RETCODE_OK) return {};
+  const ReturnCode_t code = (*writer)->write(&octets, dds::HANDLE_NIL);
+  if (code == ReturnCode_t::RETCODE_OK) {
+    if (paced_ && measuresPace(topic)) paced_->sent(partitionWritten(options_.site, robot));
+    return {};
+  }
   const std::string what = topicName(topic) + ": " + std::to_string(payload.size()) + " bytes ";
   if (code == ReturnCode_t::RETCODE_TIMEOUT) {
-    return Error{ErrorCode::kUnreachable, what + "not taken within " + std::to_string(options_.max_blocking_ms) +
-                                              " ms by " + std::to_string(readersOf(topic)) + " readers"};
+    return Error{ErrorCode::kUnreachable, what + "not taken within " +
+                                              std::to_string(maxBlocking_ms(topic, options_.max_blocking_ms)) +
+                                              " ms by " + std::to_string(readersOf(**writer)) + " readers"};
   }
   return Error{ErrorCode::kUnreachable, what + "refused by DDS with code " + std::to_string(code())};
 }
@@ -266,6 +294,11 @@ bool DdsLink::isGenuine(Topic topic, const Octets& sample, const dds::SampleInfo
   }
   told_of_impostor_ = true;
   return false;
+}
+
+bool DdsLink::delivered(Topic topic, const std::string& robot) const {
+  const auto it = writers_.find({topic, partitionWritten(options_.site, robot)});
+  return it == writers_.end() || it->second->wait_for_acknowledgments({0, 0}) == ReturnCode_t::RETCODE_OK;
 }
 
 Inlet* DdsLink::oldestHead() {
@@ -287,9 +320,9 @@ std::optional<Delivery> DdsLink::receive(std::chrono::milliseconds timeout) {
   }
 }
 
-int DdsLink::readersOf(Topic topic) const {
+int DdsLink::readersOf(const dds::DataWriter& writer) const {
   dds::PublicationMatchedStatus status;
-  writers_.at(topic)->get_publication_matched_status(status);
+  const_cast<dds::DataWriter&>(writer).get_publication_matched_status(status);
   return status.current_count;
 }
 
@@ -300,14 +333,15 @@ int DdsLink::writersOf(Topic topic) const {
 }
 
 int DdsLink::peers() const {
-  // A peer counts once every topic between the two is matched; topics of the others would only add to a count.
+  // A peer counts once every topic that always joins the two is matched. Topics of observers would only add to a
+  // count, and a core opens those to a robot when it has heard of it.
   int count = std::numeric_limits<int>::max();
-  for (const auto& [topic, writer] : writers_) {
-    const bool to_peer = options_.role == LinkRole::kRobot || reads(LinkRole::kRobot, topic);
-    if (to_peer) count = std::min(count, readersOf(topic));
+  if (options_.role == LinkRole::kRobot) {
+    for (const auto& [topic, writer] : writers_) count = std::min(count, readersOf(*writer));
   }
   for (const auto& [topic, inlet] : inlets_) {
-    const bool from_peer = options_.role != LinkRole::kObserver || writes(LinkRole::kCore, topic);
+    const bool from_peer = options_.role == LinkRole::kCore || (options_.role == LinkRole::kObserver &&
+                                                                writes(LinkRole::kCore, topic) && !isToRobots(topic));
     if (from_peer) count = std::min(count, writersOf(topic));
   }
   return count;
@@ -346,9 +380,9 @@ Result<std::unique_ptr<Link>> connectDds(const DdsLinkOptions& options) {
     return Error{ErrorCode::kWrongUse,
                  "link.domain is " + std::to_string(options.domain) + ", expected 0 to " + std::to_string(kMaxDomain)};
   }
-  if (options.site.empty() || options.site.size() > 64 || options.site.find_first_of("*?[]\\") != std::string::npos) {
+  if (options.site.empty() || options.site.size() > 64 || options.site.find_first_of("*?[]\\/") != std::string::npos) {
     return Error{ErrorCode::kWrongUse, "link.site '" + options.site.substr(0, 64) +
-                                           "' is no site, expected 1-64 characters without * ? [ ] \\"};
+                                           "' is no site, expected 1-64 characters without * ? [ ] \\ /"};
   }
   if (options.role == LinkRole::kRobot) {
     if (const std::string problem = robotNameProblem(options.robot); !problem.empty()) {

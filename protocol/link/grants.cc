@@ -26,10 +26,11 @@ std::string dateText(std::time_t time) {
 
 std::string topicsText(const std::string& direction, const Participant& participant, const std::string& topics) {
   if (topics.empty()) return {};
-  // A robot has a partition of its own below the site's.
-  const std::string own = participant.role == KeyRole::kRobot ? participant.name : "*";
+  // A robot has nothing but a partition of its own below the site's.
+  const bool robot = participant.role == KeyRole::kRobot;
   const std::string partitions =
-      element("partition", participant.site) + element("partition", participant.site + "/" + own);
+      robot ? element("partition", participant.site + "/" + participant.name)
+            : element("partition", participant.site) + element("partition", participant.site + "/*");
   return element(direction, element("topics", topics) + element("partitions", partitions));
 }
 

@@ -30,7 +30,7 @@ enum class LinkRole : uint8_t { kRobot, kCore, kObserver };
 
 struct Delivery {
   Topic topic = Topic::kHello;
-  std::string robot;  ///< the topic's key: which robot it is from or for; empty for messages to all
+  std::string robot;  ///< the topic's key: which robot it is from or for; empty: to all
   std::vector<uint8_t> payload;
 };
 
@@ -39,8 +39,11 @@ class Link {
  public:
   virtual ~Link() = default;
 
-  /// Hands one encoded message to the wire. May block while reliable topics are full; kUnreachable after that.
+  /// Hands one encoded message to the wire. kUnreachable if it has no room: keyframes are waited with for a while.
   virtual Result<void> publish(Topic topic, const std::string& robot, std::span<const uint8_t> payload) = 0;
+
+  /// Whether all that was published so has reached those at the other end who were there; not that they took it.
+  virtual bool delivered(Topic topic, const std::string& robot) const = 0;
 
   /// The next message of the topics this role reads (a robot: only those keyed with its own name, or to all),
   /// in order of arrival. Waits up to `timeout`.

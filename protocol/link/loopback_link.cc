@@ -62,6 +62,8 @@ class LoopbackHub::Endpoint : public Link {
     return {};
   }
 
+  bool delivered(Topic, const std::string&) const override { return true; }
+
   std::optional<Delivery> receive(std::chrono::milliseconds timeout) override {
     std::unique_lock lock(state_->mutex);
     if (!state_->arrived.wait_for(lock, timeout, [this] { return !waiting_.empty(); })) return std::nullopt;
@@ -81,8 +83,7 @@ class LoopbackHub::Endpoint : public Link {
 
  private:
   bool wants(const Delivery& delivery) const {
-    return reads(role_, delivery.topic) &&
-           (role_ != LinkRole::kRobot || delivery.robot.empty() || delivery.robot == robot_);
+    return reads(role_, delivery.topic) && (role_ != LinkRole::kRobot || delivery.robot == robot_);
   }
   // The oldest of the same topic and robot makes room once there are as many as late joiners get.
   void latch(const Delivery& delivery) {

@@ -3,6 +3,7 @@
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "protocol/link/security.h"
@@ -16,6 +17,7 @@ namespace rtps = eprosima::fastdds::rtps;
 
 constexpr uint32_t kSocketBufferBytes = 4u << 20;
 constexpr uint32_t kDatagramBytes = 1400;
+constexpr int kGlance_ms = 10;              // DDS itself holds a writer for moments
 constexpr uint32_t kPeersOfOneAddress = 8;  // participants on one machine that are looked for
 
 // Samples kept per robot, and robots.
@@ -30,7 +32,9 @@ Depth depthOf(Topic topic) {
     case Topic::kKeyframe:
       return {true, 16, 64};
     case Topic::kTile:
-      return {false, 256, 64};
+      return {true, 64, 64};
+    case Topic::kInterest:
+      return {true, 2, 256};
     case Topic::kVerdict:
     case Topic::kMerge:
       return {false, static_cast<int>(latchedDepth(topic)), 4};
@@ -95,11 +99,16 @@ dds::DomainParticipantQos participantQos(const std::string& name, const DdsLinkO
   return qos;
 }
 
+int maxBlocking_ms(Topic topic, int max_blocking_ms) {
+  return topic == Topic::kKeyframe ? max_blocking_ms : std::min(max_blocking_ms, kGlance_ms);
+}
+
 dds::DataWriterQos writerQos(Topic topic, int max_blocking_ms) {
   dds::DataWriterQos qos = dds::DATAWRITER_QOS_DEFAULT;
   setCommon(topic, qos);
+  const int blocking_ms = maxBlocking_ms(topic, max_blocking_ms);
   qos.reliability().max_blocking_time =
-      eprosima::fastrtps::Duration_t(max_blocking_ms / 1000, static_cast<uint32_t>(max_blocking_ms % 1000) * 1'000'000);
+      eprosima::fastrtps::Duration_t(blocking_ms / 1000, static_cast<uint32_t>(blocking_ms % 1000) * 1'000'000);
   qos.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;
   qos.reliable_writer_qos().times.heartbeatPeriod = eprosima::fastrtps::Duration_t(0, 100'000'000);
   qos.reliable_writer_qos().times.nackResponseDelay = eprosima::fastrtps::Duration_t(0, 1'000'000);

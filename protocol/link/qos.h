@@ -20,6 +20,8 @@ std::string profileOf(const DdsLinkOptions& options);
 /// UDP on the one interface. Profiles lan and wan: in datagrams that need no IP fragments; wan: no multicast, whoever
 /// has a core_address looks there.
 eprosima::fastdds::dds::DomainParticipantQos participantQos(const std::string& name, const DdsLinkOptions& options);
+/// How long a write to `topic` waits for room: only keyframes are waited with, all else comes again by itself.
+int maxBlocking_ms(Topic topic, int max_blocking_ms);
 /// `max_blocking_ms`: how long a reader that takes nothing can hold the writer.
 eprosima::fastdds::dds::DataWriterQos writerQos(Topic topic, int max_blocking_ms);
 eprosima::fastdds::dds::DataReaderQos readerQos(Topic topic);

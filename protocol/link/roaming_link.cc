@@ -50,6 +50,11 @@ Result<void> RoamingLink::publish(Topic topic, const std::string& robot, std::sp
   return link->publish(topic, robot, payload);
 }
 
+bool RoamingLink::delivered(Topic topic, const std::string& robot) const {
+  const std::lock_guard lock(mutex_);
+  return !link_ || link_->delivered(topic, robot);
+}
+
 std::optional<Delivery> RoamingLink::receive(std::chrono::milliseconds timeout) {
   if (const auto link = current()) return link->receive(timeout);
   std::this_thread::sleep_for(timeout);

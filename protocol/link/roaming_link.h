@@ -28,6 +28,7 @@ class RoamingLink : public Link {
   Result<void> follow();
 
   Result<void> publish(Topic topic, const std::string& robot, std::span<const uint8_t> payload) override;
+  bool delivered(Topic topic, const std::string& robot) const override;
   std::optional<Delivery> receive(std::chrono::milliseconds timeout) override;
   int peers() const override;
 

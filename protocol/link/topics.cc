@@ -4,6 +4,11 @@
 #include "protocol/types/ids.h"
 
 namespace comap {
+namespace {
+
+constexpr size_t kMaxReplacedBytes = 1100;  // fits one datagram of the lan profile beside DDS's own marks
+
+}  // namespace
 
 std::string topicName(Topic topic) {
   switch (topic) {
@@ -55,6 +60,39 @@ bool reads(LinkRole role, Topic topic) {
   return false;
 }
 
+bool isToRobots(Topic topic) { return reads(LinkRole::kRobot, topic); }
+
+std::string partitionWritten(const std::string& site, const std::string& robot) {
+  return robot.empty() ? site : site + "/" + robot;
+}
+
+std::vector<std::string> partitionsRead(LinkRole role, const std::string& site, const std::string& robot) {
+  switch (role) {
+    case LinkRole::kRobot:
+      return {site + "/" + robot};
+    case LinkRole::kCore:
+      return {site + "/*"};
+    case LinkRole::kObserver:
+      return {site, site + "/*"};
+  }
+  return {};
+}
+
+bool isReplaced(Topic topic) {
+  switch (topic) {
+    case Topic::kHello:
+    case Topic::kAck:
+    case Topic::kCorrection:
+    case Topic::kStatus:
+    case Topic::kCoreStatus:
+      return true;
+    default:
+      return false;
+  }
+}
+
+size_t maxPayloadBytes(Topic topic) { return isReplaced(topic) ? kMaxReplacedBytes : kMaxLargeMessageBytes; }
+
 size_t latchedDepth(Topic topic) {
   switch (topic) {
     case Topic::kHello:
@@ -81,14 +119,15 @@ Result<void> checkPublish(LinkRole role, const std::string& own_name, Topic topi
   if (role == LinkRole::kRobot && robot != own_name) {
     return Error{ErrorCode::kWrongUse, where + "robot '" + own_name + "' cannot write as '" + robot + "'"};
   }
+  if (robot.empty() && isToRobots(topic)) return Error{ErrorCode::kWrongUse, where + "for no robot"};
   if (!robot.empty()) {
     if (const std::string problem = robotNameProblem(robot); !problem.empty()) {
       return Error{ErrorCode::kWrongUse, where + problem};
     }
   }
-  if (payload_bytes > kMaxLargeMessageBytes) {
+  if (payload_bytes > maxPayloadBytes(topic)) {
     return Error{ErrorCode::kWrongUse, where + std::to_string(payload_bytes) + " bytes, expected at most " +
-                                           std::to_string(kMaxLargeMessageBytes)};
+                                           std::to_string(maxPayloadBytes(topic))};
   }
   return {};
 }

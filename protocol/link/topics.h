@@ -3,6 +3,7 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
 #include "protocol/link/link.h"
 
@@ -17,6 +18,19 @@ std::string topicName(Topic topic);
 
 bool writes(LinkRole role, Topic topic);
 bool reads(LinkRole role, Topic topic);
+/// Written by the core for one robot each.
+bool isToRobots(Topic topic);
+
+/// Where messages of or for `robot`, or to all if it is empty, are written, and where a role reads: DDS partitions. So
+/// what is for one robot never travels to another, and a robot that is slow holds nobody else up.
+std::string partitionWritten(const std::string& site, const std::string& robot);
+std::vector<std::string> partitionsRead(LinkRole role, const std::string& site, const std::string& robot);
+
+/// Of these topics only the newest message matters; it replaces what is not yet delivered.
+bool isReplaced(Topic topic);
+/// Largest message of a topic. What may be replaced must fit one datagram: Fast DDS (2.9, 2.14) ends a reader's process
+/// when a message is replaced of which it has a part.
+size_t maxPayloadBytes(Topic topic);
 
 /// How many of the last messages for each robot who joins late still gets, as long as their writer lives.
 size_t latchedDepth(Topic topic);

@@ -18,7 +18,8 @@ Acknowledgement AckTracker::state() const {
   state.robot = robot_;
   state.session = session_;
   state.next_expected = next_expected_;
-  state.also_held.assign(beyond_.begin(), beyond_.end());
+  const auto last = beyond_.size() > kMaxTold ? std::next(beyond_.begin(), kMaxTold) : beyond_.end();
+  state.also_held.assign(beyond_.begin(), last);
   return state;
 }
 

@@ -13,6 +13,9 @@ class AckTracker {
  public:
   /// How far beyond the first gap a sequence may lie: bounds memory and message against a hostile robot.
   static constexpr uint32_t kMaxAhead = 60000;
+  /// Sequences held beyond the first gap that are told: the message has to fit one datagram. The others are told when
+  /// the gap has closed.
+  static constexpr size_t kMaxTold = 100;
 
   AckTracker(std::string robot, uint64_t session) : robot_(std::move(robot)), session_(session) {}
 

@@ -1,4 +1,5 @@
-// A network between network namespaces that loses, delays, doubles, reorders and chokes packets, and can be cut.
+// A network between network namespaces that loses, delays, doubles, reorders and chokes packets, and can be cut; at the
+// end it tells what each cable carried.
 //   relay NAMESPACE=ADDRESS ...    commands on stdin, a line each:
 //   set NAMESPACE|all [loss=PERCENT] [delay=MS] [jitter=MS] [double=PERCENT] [rate=BITS_PER_S] [up=0|1]
 // Makes an interface tun0 in each namespace. What is set holds for both directions of that namespace's cable, half of
@@ -41,6 +42,7 @@ struct Cable {
   double loss = 0, delay_ms = 0, jitter_ms = 0, doubled = 0, rate = 0;
   bool up = true;
   Clock::time_point free_at;  // when the next packet may start out of the namespace
+  unsigned long long out_bytes = 0, in_bytes = 0, lost_bytes = 0;
 };
 
 struct Packet {
@@ -104,11 +106,14 @@ class Relay {
       if (waits[0].revents == 0) continue;
       char text[4096];
       const ssize_t size = read(STDIN_FILENO, text, sizeof text);
-      if (size <= 0) return;
+      if (size <= 0) break;
       commands.append(text, static_cast<size_t>(size));
       for (size_t end; (end = commands.find('\n')) != std::string::npos; commands.erase(0, end + 1))
         obey(commands.substr(0, end));
     }
+    for (const Cable& cable : cables_)
+      std::printf("%s: %llu kB out, %llu kB in, %llu kB lost\n", cable.name.c_str(), cable.out_bytes / 1000,
+                  cable.in_bytes / 1000, cable.lost_bytes / 1000);
   }
 
  private:
@@ -165,6 +170,7 @@ class Relay {
 
   // One cable: false if the packet is lost on it; else adds the time that it takes.
   bool pass(Cable& cable, int direction, size_t bytes, Clock::time_point& when) {
+    cable.lost_bytes += bytes;  // until it is through
     if (!cable.up || chance(cable.loss)) return false;
     double extra_ms = cable.delay_ms / 2;
     if (cable.jitter_ms > 0) extra_ms += std::uniform_real_distribution<double>(0, cable.jitter_ms)(random_);
@@ -177,6 +183,8 @@ class Relay {
       when = free_at;
     }
     when += std::chrono::duration_cast<Clock::duration>(Milliseconds(extra_ms));
+    cable.lost_bytes -= bytes;
+    (direction == 0 ? cable.out_bytes : cable.in_bytes) += bytes;
     return true;
   }
 

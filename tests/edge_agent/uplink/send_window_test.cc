@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+
 namespace comap {
 namespace {
 
@@ -57,6 +59,32 @@ TEST(SendWindow, ASlowLinkIsNotFilledWithRepeats) {
   window.sent({1, 20}, 100, now);
   EXPECT_TRUE(window.overdue(now + 5s).empty());
   EXPECT_EQ(window.overdue(now + 7s).size(), 1u);
+}
+
+// A link of 125 kB/s behind a queue: keyframes of 60 kB arrive one after the other.
+TEST(SendWindow, OnASlowLinkNoMoreIsUnderWayThanArrivesInASecond) {
+  SendWindow window(options());
+  auto now = kStart, link_free = kStart;
+  uint32_t next = 0;
+  std::map<SendWindow::Clock::time_point, OutboxKey> arrivals;
+  size_t most = 0;
+  int arrived = 0;
+  for (; now < kStart + 60s; now += 10ms) {
+    while (window.hasRoom(now)) {
+      link_free = std::max(link_free, now) + 480ms;
+      arrivals[link_free] = {1, next};
+      window.sent({1, next++}, 60000, now);
+    }
+    if (now > kStart + 10s) most = std::max(most, window.underWay());
+    while (!arrivals.empty() && arrivals.begin()->first <= now) {
+      window.acknowledged({&arrivals.begin()->second, 1}, now);
+      arrivals.erase(arrivals.begin());
+      ++arrived;
+    }
+  }
+  EXPECT_NEAR(window.rate().bytesPerSecond(), 125000, 5000);
+  EXPECT_LE(most, 2u);
+  EXPECT_GE(arrived, 120) << "of 125: the link was kept busy";
 }
 
 TEST(SendWindow, AfterAnotherPeerAllIsDueAtOnce) {

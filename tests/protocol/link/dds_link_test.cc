@@ -73,7 +73,8 @@ TEST(DdsLink, WorksBetweenProcesses) {
   EXPECT_EQ(keyframes, 40);
   EXPECT_EQ(hellos, 1);
   for (const Topic topic : {Topic::kAck, Topic::kCorrection, Topic::kTile}) {
-    EXPECT_TRUE(core->publish(topic, "far", std::vector<uint8_t>(5000, 1)));
+    const std::vector<uint8_t> payload(topic == Topic::kTile ? 5000 : 1000, 1);
+    for (int i = 0; i < 1000 && !core->publish(topic, "far", payload); ++i) std::this_thread::sleep_for(5ms);
   }
   int status = 0;
   ASSERT_EQ(waitpid(child, &status, 0), child);
@@ -131,9 +132,11 @@ TEST(DdsLink, ARobotThatTakesNothingDoesNotStopTheCore) {
   ASSERT_TRUE(waitForPeers(*core, 2) && waitForPeers(*awake, 1) && waitForPeers(*sleeper, 1));
   const std::vector<uint8_t> tile(2000, 1);
   const auto start = std::chrono::steady_clock::now();
-  for (int i = 0; i < 2000; ++i) ASSERT_TRUE(core->publish(Topic::kTile, "s", tile)) << i;
+  int taken = 0;
+  for (int i = 0; i < 200; ++i) taken += core->publish(Topic::kTile, "s", tile) ? 1 : 0;
   EXPECT_LT(std::chrono::steady_clock::now() - start, 5s);
-  ASSERT_TRUE(core->publish(Topic::kTile, "a", tile));
+  EXPECT_LE(taken, 128);  // 64 at either end
+  for (int i = 0; i < 1000 && !core->publish(Topic::kTile, "a", tile); ++i) std::this_thread::sleep_for(5ms);
   EXPECT_TRUE(awake->receive(10s));
 }
 

@@ -33,11 +33,28 @@ TEST(Topics, PublishIsCheckedForRoleAndName) {
   EXPECT_FALSE(checkPublish(LinkRole::kRobot, "r1", Topic::kTile, "r1", 1));
   EXPECT_TRUE(checkPublish(LinkRole::kCore, "", Topic::kTile, "r1", 1));
   EXPECT_FALSE(checkPublish(LinkRole::kCore, "", Topic::kTile, "No Name", 1));
+  EXPECT_FALSE(checkPublish(LinkRole::kCore, "", Topic::kAck, "", 1)) << "for no robot";
   EXPECT_TRUE(checkPublish(LinkRole::kCore, "", Topic::kVerdict, "", 1));
   EXPECT_FALSE(checkPublish(LinkRole::kObserver, "", Topic::kVerdict, "", 1));
   const auto huge = checkPublish(LinkRole::kRobot, "r1", Topic::kKeyframe, "r1", size_t{17} << 20);
   ASSERT_FALSE(huge);
   EXPECT_NE(huge.error().text.find("comap/v1/keyframe: 17825792 bytes"), std::string::npos);
+}
+
+TEST(Topics, WhatIsReplacedFitsOneDatagram) {
+  for (const Topic topic : kAllTopics) {
+    EXPECT_TRUE(!isReplaced(topic) || maxPayloadBytes(topic) <= 1100u) << topicName(topic);
+  }
+  EXPECT_TRUE(checkPublish(LinkRole::kCore, "", Topic::kAck, "r1", 1100));
+  EXPECT_FALSE(checkPublish(LinkRole::kCore, "", Topic::kAck, "r1", 1101));
+}
+
+TEST(Topics, ARobotSharesItsPartitionWithTheCoreAlone) {
+  EXPECT_EQ(partitionWritten("s", "a"), "s/a");
+  EXPECT_EQ(partitionWritten("s", ""), "s");
+  EXPECT_EQ(partitionsRead(LinkRole::kRobot, "s", "a"), std::vector<std::string>{"s/a"});
+  EXPECT_EQ(partitionsRead(LinkRole::kCore, "s", ""), std::vector<std::string>{"s/*"});
+  EXPECT_EQ(partitionsRead(LinkRole::kObserver, "s", ""), (std::vector<std::string>{"s", "s/*"}));
 }
 
 }  // namespace

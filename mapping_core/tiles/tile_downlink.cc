@@ -1,0 +1,67 @@
+#include "mapping_core/tiles/tile_downlink.h"
+
+#include <algorithm>
+
+namespace comap {
+namespace {
+
+constexpr uint32_t kOverdueReports = 6;  // a tile not reported as held by then was lost on the way
+constexpr std::chrono::seconds kOverdue{5};
+constexpr double kQueue_s = 1;
+constexpr size_t kAtLeastBytes = 64 << 10;
+constexpr double kLongestBetween_s = 5, kSmoothing = 0.25;
+
+}  // namespace
+
+std::vector<HeldTile> TileDownlink::reported(const MapId& map, std::span<const HeldTile> held, Clock::time_point now) {
+  if (map != map_) {
+    map_ = map;
+    under_way_.clear();
+    under_way_bytes_ = 0;
+  }
+  if (reports_++ > 0) {
+    const double since_s = std::min(kLongestBetween_s, std::chrono::duration<double>(now - last_report_).count());
+    between_reports_s_ += (reports_ == 2 ? 1 : kSmoothing) * (since_s - between_reports_s_);
+  }
+  last_report_ = now;
+
+  std::map<TileKey, uint64_t> known;
+  for (const HeldTile& tile : held)
+    if (tile.key.map == map) known[tile.key] = tile.revision;
+  for (auto it = under_way_.begin(); it != under_way_.end();) {
+    const auto current = it++;
+    const auto& [key, sent] = *current;
+    const auto of_robot = known.find(key);
+    if (of_robot != known.end() && of_robot->second >= sent.revision) {
+      rate_.delivered(sent.mark, sent.bytes, now);
+      forget(current);
+    } else if (reports_ - sent.report >= kOverdueReports && now - sent.mark.sent >= kOverdue) {
+      forget(current);
+    }
+  }
+  for (const auto& [key, sent] : under_way_) known[key] = std::max(known[key], sent.revision);
+  std::vector<HeldTile> all;
+  all.reserve(known.size());
+  for (const auto& [key, revision] : known) all.push_back({key, revision});
+  return all;
+}
+
+void TileDownlink::sent(const TileKey& key, uint64_t revision, size_t bytes, Clock::time_point now) {
+  const auto earlier = under_way_.find(key);
+  if (earlier != under_way_.end()) forget(earlier);
+  under_way_[key] = {revision, reports_, bytes, rate_.mark(now)};
+  under_way_bytes_ += bytes;
+}
+
+size_t TileDownlink::room() const {
+  // A report tells of arrivals only as often as it comes: what arrives meanwhile must not have to wait for it.
+  const size_t allowed = rate_.bytesWithin(kQueue_s + 2 * between_reports_s_, kAtLeastBytes);
+  return allowed > under_way_bytes_ ? allowed - under_way_bytes_ : 0;
+}
+
+void TileDownlink::forget(std::map<TileKey, Sent>::iterator it) {
+  under_way_bytes_ -= it->second.bytes;
+  under_way_.erase(it);
+}
+
+}  // namespace comap

@@ -1,0 +1,48 @@
+// What is on its way to one robot: which tiles, and how much more may be.
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "protocol/session/delivery_rate.h"
+#include "protocol/types/messages.h"
+#include "protocol/types/tile.h"
+
+namespace comap {
+
+/// A robot reports with each interest what it holds. What was sent and is not reported yet counts as held until it is
+/// overdue. More is under way only as fast as it arrives, so that a slow link carries corrections and acknowledgements
+/// too. Time is passed in. Thread rule: one thread.
+class TileDownlink {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// The robot is in `map` and holds `held` of it. Returns what it holds or is about to.
+  std::vector<HeldTile> reported(const MapId& map, std::span<const HeldTile> held, Clock::time_point now);
+  void sent(const TileKey& key, uint64_t revision, size_t bytes, Clock::time_point now);
+
+  /// How many bytes may be sent now beside those under way.
+  size_t room() const;
+  size_t underWayBytes() const { return under_way_bytes_; }
+
+ private:
+  struct Sent {
+    uint64_t revision = 0;
+    uint32_t report = 0;  // number of the report that it answered
+    size_t bytes = 0;
+    DeliveryRate::Mark mark;
+  };
+  void forget(std::map<TileKey, Sent>::iterator it);
+
+  MapId map_;
+  uint32_t reports_ = 0;
+  Clock::time_point last_report_{};
+  double between_reports_s_ = 0;
+  std::map<TileKey, Sent> under_way_;
+  size_t under_way_bytes_ = 0;
+  DeliveryRate rate_;
+};
+
+}  // namespace comap

@@ -1,0 +1,104 @@
+#include "mapping_core/tiles/tile_downlink.h"
+
+#include <gtest/gtest.h>
+
+#include <deque>
+
+namespace comap {
+namespace {
+
+using namespace std::chrono_literals;
+
+const TileDownlink::Clock::time_point kStart = TileDownlink::Clock::time_point() + 1h;
+const MapId kMap = "a-1-0";
+
+TileKey key(int32_t x) { return {kMap, x, 0, 0}; }
+
+TEST(TileDownlink, WhatIsUnderWayCountsAsHeldUntilItIsOverdue) {
+  TileDownlink downlink;
+  EXPECT_TRUE(downlink.reported(kMap, {}, kStart).empty());
+  downlink.sent(key(1), 7, 1000, kStart);
+  auto now = kStart;
+  for (int i = 0; i < 10; ++i) {
+    const auto held = downlink.reported(kMap, {}, now += 500ms);
+    if (i == 9) {
+      EXPECT_TRUE(held.empty()) << "after 5 s";
+      EXPECT_EQ(downlink.underWayBytes(), 0u);
+    } else {
+      ASSERT_EQ(held.size(), 1u) << i;
+      EXPECT_EQ(held[0].revision, 7u);
+    }
+  }
+}
+
+TEST(TileDownlink, FewReportsInLongTimeAreNoLoss) {
+  TileDownlink downlink;
+  (void)downlink.reported(kMap, {}, kStart);
+  downlink.sent(key(1), 7, 1000, kStart);
+  EXPECT_EQ(downlink.reported(kMap, {}, kStart + 20s).size(), 1u);
+}
+
+TEST(TileDownlink, AnOlderRevisionThatIsReportedLeavesTheNewerUnderWay) {
+  TileDownlink downlink;
+  (void)downlink.reported(kMap, {}, kStart);
+  downlink.sent(key(1), 7, 1000, kStart);
+  downlink.sent(key(1), 9, 1500, kStart + 100ms);
+  EXPECT_EQ(downlink.underWayBytes(), 1500u) << "the newer one takes the older one's place";
+  const std::vector<HeldTile> older = {{key(1), 7}};
+  const auto held = downlink.reported(kMap, older, kStart + 500ms);
+  ASSERT_EQ(held.size(), 1u);
+  EXPECT_EQ(held[0].revision, 9u);
+}
+
+TEST(TileDownlink, AnotherMapForgetsAll) {
+  TileDownlink downlink;
+  (void)downlink.reported(kMap, {}, kStart);
+  downlink.sent(key(1), 7, 1000, kStart);
+  EXPECT_TRUE(downlink.reported("b-1-0", {}, kStart + 100ms).empty());
+  EXPECT_EQ(downlink.underWayBytes(), 0u);
+}
+
+// Tiles of 10 kB over a link of so many bytes a second, reported every half second.
+struct Played {
+  double most_s = 0;  // of queue, after the first ten seconds
+  double share = 0;   // of what the link could carry in that time
+};
+
+Played play(double bytes_per_s) {
+  TileDownlink downlink;
+  std::deque<std::pair<TileDownlink::Clock::time_point, int32_t>> queue;
+  std::vector<HeldTile> held;
+  auto link_free = kStart;
+  int32_t next = 0;
+  Played played;
+  size_t arrived = 0;
+  for (auto now = kStart; now < kStart + 40s; now += 500ms) {
+    while (!queue.empty() && queue.front().first <= now) {
+      held.push_back({key(queue.front().second), 1});
+      arrived += now > kStart + 10s ? 10000 : 0;
+      queue.pop_front();
+    }
+    (void)downlink.reported(kMap, held, now);
+    while (downlink.room() >= 10000) {
+      link_free = std::max(link_free, now) + std::chrono::duration_cast<TileDownlink::Clock::duration>(
+                                                 std::chrono::duration<double>(1e4 / bytes_per_s));
+      queue.push_back({link_free, next});
+      downlink.sent(key(next++), 1, 10000, now);
+    }
+    if (now > kStart + 10s)
+      played.most_s = std::max(played.most_s, std::chrono::duration<double>(link_free - now).count());
+  }
+  played.share = static_cast<double>(arrived) / (30 * bytes_per_s);
+  return played;
+}
+
+TEST(TileDownlink, FillsALinkAndMakesNoLongQueue) {
+  for (const double rate : {40e3, 125e3, 1e6, 4e6}) {
+    const Played played = play(rate);
+    EXPECT_GE(played.share, 0.9) << rate;
+    EXPECT_LE(played.most_s, 3.1) << rate;
+  }
+}
+
+}  // namespace
+}  // namespace comap
