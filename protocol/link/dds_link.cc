@@ -18,11 +18,12 @@
 #include <limits>
 #include <map>
 #include <mutex>
+#include <vector>
 
 #include "protocol/link/octets_type.h"
-#include "protocol/link/paced_writers.h"
 #include "protocol/link/qos.h"
 #include "protocol/link/roaming_link.h"
+#include "protocol/link/round_trips.h"
 #include "protocol/link/security.h"
 #include "protocol/link/topics.h"
 #include "protocol/types/ids.h"
@@ -159,15 +160,15 @@ class DdsLink : public Link {
   dds::DomainParticipant* participant_ = nullptr;
   dds::Subscriber* subscriber_ = nullptr;
   std::map<Topic, dds::Topic*> topics_;
-  std::map<std::string, dds::Publisher*> publishers_;                  // by partition
-  std::map<std::pair<Topic, std::string>, dds::DataWriter*> writers_;  // by topic and partition
+  std::map<std::string, dds::Publisher*> publishers_;                               // by partition
+  std::map<std::pair<Topic, std::string>, std::vector<dds::DataWriter*>> writers_;  // by topic and partition
   std::map<Topic, std::unique_ptr<Inlet>> inlets_;
-  std::unique_ptr<PacedWriters> paced_;  // where a link can be slow
+  std::unique_ptr<RoundTrips> round_trips_;  // where a link can be slow
 };
 
 DdsLink::~DdsLink() {
   if (participant_ == nullptr) return;
-  paced_.reset();
+  round_trips_.reset();
   participant_->set_listener(nullptr);
   // Listeners first: after this no callback runs into members that go.
   for (auto& [topic, inlet] : inlets_) {
@@ -190,7 +191,7 @@ void switchOffShortCuts() {
 
 Result<void> DdsLink::open() {
   switchOffShortCuts();
-  if (profileOf(options_) != "local") paced_ = std::make_unique<PacedWriters>();
+  if (profileOf(options_) != "local") round_trips_ = std::make_unique<RoundTrips>();
   const std::string name = "comap/" + roleName(options_.role) + (options_.robot.empty() ? "" : "/" + options_.robot);
   const HandshakeRoom room(options_);
   participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
@@ -231,17 +232,28 @@ Result<dds::Publisher*> DdsLink::publisherTo(const std::string& partition) {
   return publishers_[partition] = publisher;
 }
 
+// Of topics that are paced there is a writer for each period, opened together so that each has found its reader when
+// its time comes.
 Result<dds::DataWriter*> DdsLink::writerOf(Topic topic, const std::string& robot) {
   const std::string partition = partitionWritten(options_.site, robot);
-  if (const auto it = writers_.find({topic, partition}); it != writers_.end()) return it->second;
-  const auto publisher = publisherTo(partition);
-  if (!publisher) return publisher.error();
-  dds::DataWriter* writer =
-      (*publisher)->create_datawriter(topics_.at(topic), writerQos(topic, options_.max_blocking_ms));
-  if (writer == nullptr) return unreachable("creating the writer of " + topicName(topic));
-  if (paced_ && isPaced(topic)) paced_->pace(partition, writer);
-  if (paced_ && measuresPace(topic)) paced_->measureBy(partition, writer);
-  return writers_[{topic, partition}] = writer;
+  const bool paced = round_trips_ && isPaced(topic);
+  auto& writers = writers_[{topic, partition}];
+  for (size_t i = writers.size(); i < (paced ? RepairPace::kPeriods.size() : 1); ++i) {
+    const auto publisher = publisherTo(partition);
+    if (!publisher) return publisher.error();
+    dds::DataWriterQos qos = writerQos(topic, options_.max_blocking_ms);
+    if (paced) {
+      const auto period_ms = RepairPace::kPeriods[i].count();
+      qos.reliable_writer_qos().times.heartbeatPeriod = {static_cast<int32_t>(period_ms / 1000),
+                                                         static_cast<uint32_t>(period_ms % 1000 * 1'000'000)};
+      // A full writer would add a heartbeat to each datagram, which is answered by a request for all that is missing.
+      qos.reliable_writer_qos().disable_heartbeat_piggyback = true;
+    }
+    dds::DataWriter* writer = (*publisher)->create_datawriter(topics_.at(topic), qos);
+    if (writer == nullptr) return unreachable("creating the writer of " + topicName(topic));
+    writers.push_back(writer);
+  }
+  return writers[paced ? round_trips_->choice(partition) : 0];
 }
 
 Result<void> DdsLink::openReader(Topic topic) {
@@ -271,7 +283,7 @@ Result<void> DdsLink::publish(Topic topic, const std::string& robot, std::span<c
   Octets octets{robot, {payload.begin(), payload.end()}};
   const ReturnCode_t code = (*writer)->write(&octets, dds::HANDLE_NIL);
   if (code == ReturnCode_t::RETCODE_OK) {
-    if (paced_ && measuresPace(topic)) paced_->sent(partitionWritten(options_.site, robot));
+    if (round_trips_ && measuresPace(topic)) round_trips_->sent(partitionWritten(options_.site, robot), *writer);
     return {};
   }
   const std::string what = topicName(topic) + ": " + std::to_string(payload.size()) + " bytes ";
@@ -298,7 +310,9 @@ bool DdsLink::isGenuine(Topic topic, const Octets& sample, const dds::SampleInfo
 
 bool DdsLink::delivered(Topic topic, const std::string& robot) const {
   const auto it = writers_.find({topic, partitionWritten(options_.site, robot)});
-  return it == writers_.end() || it->second->wait_for_acknowledgments({0, 0}) == ReturnCode_t::RETCODE_OK;
+  return it == writers_.end() || std::all_of(it->second.begin(), it->second.end(), [](dds::DataWriter* writer) {
+           return writer->wait_for_acknowledgments({0, 0}) == ReturnCode_t::RETCODE_OK;
+         });
 }
 
 Inlet* DdsLink::oldestHead() {
@@ -337,7 +351,8 @@ int DdsLink::peers() const {
   // count, and a core opens those to a robot when it has heard of it.
   int count = std::numeric_limits<int>::max();
   if (options_.role == LinkRole::kRobot) {
-    for (const auto& [topic, writer] : writers_) count = std::min(count, readersOf(*writer));
+    for (const auto& [topic, writers] : writers_)
+      for (const dds::DataWriter* writer : writers) count = std::min(count, readersOf(*writer));
   }
   for (const auto& [topic, inlet] : inlets_) {
     const bool from_peer = options_.role == LinkRole::kCore || (options_.role == LinkRole::kObserver &&

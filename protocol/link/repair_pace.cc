@@ -3,12 +3,6 @@
 #include <algorithm>
 
 namespace comap {
-namespace {
-
-constexpr double kRoundTrips = 1.5;
-constexpr double kWorthwhile = 1.5;
-
-}  // namespace
 
 void RepairPace::confirmed(Duration took) {
   last_[count_++ % kRemembered] = took;
@@ -20,13 +14,13 @@ void RepairPace::confirmed(Duration took) {
 }
 
 void RepairPace::waiting(Duration since) {
-  if (since > 2 * period_) follow(since);
+  if (since > 2 * kPeriods[choice_]) follow(since);
 }
 
 void RepairPace::follow(Duration round_trip) {
-  const auto wanted = std::clamp(std::chrono::duration_cast<Duration>(kRoundTrips * round_trip), kShortest, kLongest);
-  const bool far = wanted > kWorthwhile * period_ || period_ > kWorthwhile * wanted;
-  if (far || wanted == kShortest || wanted == kLongest) period_ = wanted;
+  while (choice_ + 1 < kPeriods.size() && round_trip > kPeriods[choice_]) ++choice_;
+  // Back only when it is clear: what the slower one has under way is asked for by that one's period still.
+  while (choice_ > 0 && round_trip <= 3 * kPeriods[choice_ - 1] / 4) --choice_;
 }
 
 }  // namespace comap

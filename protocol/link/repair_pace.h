@@ -14,15 +14,16 @@ namespace comap {
 class RepairPace {
  public:
   using Duration = std::chrono::milliseconds;
-  static constexpr Duration kShortest{100}, kFirst{300}, kLongest{3000};
+  /// The periods to choose from. DDS cannot change a writer's, so there is a writer for each.
+  static constexpr std::array<Duration, 3> kPeriods{Duration(100), Duration(500), Duration(2500)};
 
   /// A small message was confirmed `took` after it was sent.
   void confirmed(Duration took);
   /// One has been waiting for this long.
   void waiting(Duration since);
 
-  /// The period that writers should have now; it changes by half at least.
-  Duration period() const { return period_; }
+  /// Which of kPeriods fits now.
+  size_t choice() const { return choice_; }
 
  private:
   static constexpr size_t kRemembered = 4;
@@ -30,7 +31,7 @@ class RepairPace {
 
   std::array<Duration, kRemembered> last_{};
   size_t count_ = 0;
-  Duration period_ = kFirst;
+  size_t choice_ = 1;
 };
 
 }  // namespace comap
