@@ -6,7 +6,7 @@
 namespace comap {
 namespace {
 
-constexpr size_t kMaxReplacedBytes = 1100;  // fits one datagram of the lan profile beside DDS's own marks
+constexpr size_t kMaxReplacedBytes = 950;  // fits one datagram of 1400 bytes beside what DDS adds, keys included
 
 }  // namespace
 

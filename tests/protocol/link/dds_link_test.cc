@@ -73,7 +73,7 @@ TEST(DdsLink, WorksBetweenProcesses) {
   EXPECT_EQ(keyframes, 40);
   EXPECT_EQ(hellos, 1);
   for (const Topic topic : {Topic::kAck, Topic::kCorrection, Topic::kTile}) {
-    const std::vector<uint8_t> payload(topic == Topic::kTile ? 5000 : 1000, 1);
+    const std::vector<uint8_t> payload(topic == Topic::kTile ? 5000 : 900, 1);
     for (int i = 0; i < 1000 && !core->publish(topic, "far", payload); ++i) std::this_thread::sleep_for(5ms);
   }
   int status = 0;

@@ -43,10 +43,10 @@ TEST(Topics, PublishIsCheckedForRoleAndName) {
 
 TEST(Topics, WhatIsReplacedFitsOneDatagram) {
   for (const Topic topic : kAllTopics) {
-    EXPECT_TRUE(!isReplaced(topic) || maxPayloadBytes(topic) <= 1100u) << topicName(topic);
+    EXPECT_TRUE(!isReplaced(topic) || maxPayloadBytes(topic) <= 950u) << topicName(topic);
   }
-  EXPECT_TRUE(checkPublish(LinkRole::kCore, "", Topic::kAck, "r1", 1100));
-  EXPECT_FALSE(checkPublish(LinkRole::kCore, "", Topic::kAck, "r1", 1101));
+  EXPECT_TRUE(checkPublish(LinkRole::kCore, "", Topic::kAck, "r1", 950));
+  EXPECT_FALSE(checkPublish(LinkRole::kCore, "", Topic::kAck, "r1", 951));
 }
 
 TEST(Topics, ARobotSharesItsPartitionWithTheCoreAlone) {
