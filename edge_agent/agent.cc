@@ -102,6 +102,8 @@ Result<Agent::Progress> Agent::takeFrame() {
   T_odom_cam_ = tracked.T_odom_cam;
   if (!reason.empty()) beginKeyframe(frame, tracked, found);
 
+  // A lost robot too: it needs the tiles that it finds itself in.
+  if (statistics_.frames % config_.interest_every_frames == 0) sendInterest();
   if (statistics_.keyframes == 0 || tracked.state == TrackingState::kLost) return Progress::kFrame;  // stands nowhere
   FrameRecord record;
   record.stamp_ns = frame.stamp_ns;
@@ -109,7 +111,6 @@ Result<Agent::Progress> Agent::takeFrame() {
   record.keyframe = statistics_.keyframes - 1;
   record.T_keyframe_cam = reason.empty() ? tracked.T_keyframe_cam : Pose();
   record_(record);
-  if (statistics_.frames % config_.interest_every_frames == 0) sendInterest();
   if (statistics_.frames % config_.status_every_frames == 0) sendStatus(false);
   return Progress::kFrame;
 }
@@ -252,7 +253,9 @@ Result<void> Agent::handle(const Delivery& delivery) {
       if (correction->session != session_ || (correction_ && correction->revision <= correction_->revision)) return {};
       if (!correction_ || correction_->map != correction->map) log_("now in map " + correction->map);
       correction_ = *correction;
+      const MapId map_before = localizer_.tiles().map();
       localizer_.correct(*correction, mapped_below_);
+      if (localizer_.tiles().map() != map_before) sendInterest();  // none of its tiles are held, and the core may go
       return {};
     }
     case Topic::kTile: {

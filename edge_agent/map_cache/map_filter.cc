@@ -6,6 +6,8 @@
 namespace comap {
 namespace {
 
+constexpr double kDimensions = 6;
+
 Matrix6d diagonal(double translation, double rotation) {
   Vector6d squares;
   squares << Eigen::Vector3d::Constant(translation * translation), Eigen::Vector3d::Constant(rotation * rotation);
@@ -43,23 +45,27 @@ void MapFilter::set(const Pose& T_map_odom, const Odometer& since) {
 
 bool MapFilter::correct(const Pose& T_map_odom, const Odometer& since) {
   const Matrix6d covariance = diagonal(options_.correction_m, options_.correction_rad) + drift(since);
-  if (weigh(T_map_odom * T_odom_cam_, covariance)) return true;
+  if (weigh(T_map_odom * T_odom_cam_, covariance, 1)) return true;
   set(T_map_odom, since);
   return false;
 }
 
 bool MapFilter::measure(const Pose& T_map_cam, const Matrix6d& information) {
-  const Matrix6d covariance = information.inverse();
+  Matrix6d covariance = information.inverse();
   if (!covariance.allFinite()) return false;
-  return weigh(T_map_cam, covariance + diagonal(options_.registration_m, options_.registration_rad));
+  covariance += diagonal(options_.registration_m, options_.registration_rad);
+  // Of what its error alone explains nothing is taken, of what is far beyond nearly all (James and Stein).
+  const Vector6d innovation = (this->T_map_cam().inverse() * T_map_cam).log();
+  const double explained = innovation.dot(covariance.partialPivLu().solve(innovation));
+  return weigh(T_map_cam, covariance, explained > kDimensions - 2 ? 1 - (kDimensions - 2) / explained : 0.0);
 }
 
-bool MapFilter::weigh(const Pose& T_map_cam, const Matrix6d& covariance) {
+bool MapFilter::weigh(const Pose& T_map_cam, const Matrix6d& covariance, double taken) {
   const Vector6d innovation = (this->T_map_cam().inverse() * T_map_cam).log();
   const Eigen::PartialPivLU<Matrix6d> both(covariance_ + covariance);
   if (!(innovation.dot(both.solve(innovation)) <= options_.fits)) return false;
   const Matrix6d gain = both.solve(covariance_).transpose();
-  const Pose T_map_cam_weighed = this->T_map_cam() * Pose::exp(gain * innovation);
+  const Pose T_map_cam_weighed = this->T_map_cam() * Pose::exp(taken * (gain * innovation));
   T_map_odom_ = T_map_cam_weighed * T_odom_cam_.inverse();
   covariance_ -= gain * covariance_;
   covariance_ = (0.5 * (covariance_ + covariance_.transpose())).eval();

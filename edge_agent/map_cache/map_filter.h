@@ -11,11 +11,12 @@ struct MapFilterOptions {
   double walk_m = 0.010, walk_rad = 0.006;
   double turn_m = 0.010, turn_rad = 0.006;
   double blind_m = 0.02, blind_rad = 0.02;  ///< and after a frame whose pose is a prediction
-  /// A registration is not better known than this however small its residuals: tiles are rounded, and the map has its
-  /// own errors.
-  double registration_m = 0.004, registration_rad = 0.002;
+  /// A registration is not better known than this however small its residuals, along an axis: tiles are rounded, and
+  /// the map has its own errors. Views of the same surfaces are wrong by the same, which no number of them takes away:
+  /// what a registration may be wrong by moves nothing.
+  double registration_m = 0.002, registration_rad = 0.001;
   double correction_m = 0.006, correction_rad = 0.003;  ///< the same of what the core says
-  double least_m = 0.0015, least_rad = 0.0007;          ///< no pose is better known than this, however often measured
+  double least_m = 0.002, least_rad = 0.001;            ///< no pose is better known than this, however often measured
   /// Squared distance, of 6 dimensions, beyond which a measurement does not fit (one right one in 10 000).
   double fits = 27.9;
 };
@@ -42,7 +43,7 @@ class MapFilter {
   bool correct(const Pose& T_map_odom, const Odometer& since);
 
   /// A registration of the frame that move() was last called with; `information` is for T_map_cam exp(xi). False,
-  /// without effect, if it does not fit.
+  /// without effect, if it does not fit. The less it stands out from its own error, the less of it is taken.
   bool measure(const Pose& T_map_cam, const Matrix6d& information);
 
   const Pose& T_map_odom() const { return T_map_odom_; }
@@ -53,7 +54,8 @@ class MapFilter {
 
  private:
   Matrix6d drift(const Odometer& since) const;
-  bool weigh(const Pose& T_map_cam, const Matrix6d& covariance);
+  /// `taken`: share of the step, 0..1.
+  bool weigh(const Pose& T_map_cam, const Matrix6d& covariance, double taken);
 
   MapFilterOptions options_;
   Pose T_map_odom_, T_odom_cam_;

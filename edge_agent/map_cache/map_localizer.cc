@@ -104,7 +104,10 @@ bool MapLocalizer::search(const Pyramid& live, const FernCode& code, const Pose&
   frames_unsearched_ = 0;
   ++statistics_.searched;
   const Pose T_map_guess = filter_.T_map_odom() * T_odom_cam;
-  if (!search_.attempt(cache_, registration_, live, code, T_odom_cam, T_map_guess)) return false;
+  if (!search_.attempt(cache_, registration_, live, code, T_odom_cam, T_map_guess)) {
+    if (!search_.place().accepted) ++statistics_.not_found[search_.place().reason];
+    return false;
+  }
   state_ = MapState::kRecognised;
   recognised_at_ = frames_ + 1;
   doubts_ = 0;

@@ -59,6 +59,7 @@ struct LocalizerStatistics {
   uint32_t registered = 0;                  ///< accepted, and weighed in
   std::map<std::string, uint32_t> refused;  ///< by reason
   uint32_t searched = 0, recognised = 0, taken_back = 0;
+  std::map<std::string, uint32_t> not_found;  ///< searches, by why the view was not believed to show the best place
   double corrected_m_sum = 0, corrected_m_worst = 0, corrected_rad_worst = 0;  ///< how far registrations moved the pose
 };
 

@@ -55,6 +55,7 @@ Result<KidnapOutcome> measureKidnap(gpu::Device& device, const KidnapOptions& op
 
   KidnapOutcome outcome;
   MapId map;
+  uint32_t relocalised_before = 0;
   std::vector<double> errors;
   for (;;) {
     const auto start = std::chrono::steady_clock::now();
@@ -65,13 +66,16 @@ Result<KidnapOutcome> measureKidnap(gpu::Device& device, const KidnapOptions& op
     const LivePose live = agent.livePose();
     if (!source.inSecond()) {
       map = live.map;
+      relocalised_before = agent.statistics().relocalised;
       if (source.original_ns() < 0 && map.rfind("a-", 0) != 0)
         return Error{ErrorCode::kProblem, options.own + ": the robot was not in the map of " + options.mappers[0]};
     } else {
       ++outcome.frames;
       outcome.search_ms_worst = std::max(outcome.search_ms_worst, took.count());
       // Until it has noticed that it was carried off, it believes to be where it was.
-      const bool noticed = agent.statistics().chains > 1 || live.state != MapState::kPlaced;
+      const bool found_back = agent.statistics().relocalised > relocalised_before;
+      if (found_back && outcome.found_back_after < 0) outcome.found_back_after = outcome.frames;
+      const bool noticed = found_back || agent.statistics().chains > 1 || live.state != MapState::kPlaced;
       const bool placed = live.map == map && live.state == MapState::kPlaced;
       if (noticed && (placed || live.hypothesis) && agent.tracking() != TrackingState::kLost) {
         const auto T_world_cam = truth->at(source.original_ns());
@@ -83,7 +87,7 @@ Result<KidnapOutcome> measureKidnap(gpu::Device& device, const KidnapOptions& op
           std::cerr << "frame " << outcome.frames << " state " << static_cast<int>(live.state) << " error "
                     << error.translation().norm() << " m " << error.angle() * 180 / M_PI << " deg\n";
         if (outcome.recognised_after < 0) outcome.recognised_after = outcome.frames;
-        if (placed && outcome.joined_after < 0) outcome.joined_after = outcome.frames;
+        if (placed && !found_back && outcome.joined_after < 0) outcome.joined_after = outcome.frames;
         if (right) errors.push_back(error.translation().norm());
         if (placed)
           ++(right ? outcome.right : outcome.wrong);
@@ -94,9 +98,12 @@ Result<KidnapOutcome> measureKidnap(gpu::Device& device, const KidnapOptions& op
     if (auto served = fleet.serve(**robot); !served) return served.error();
   }
   outcome.taken_back = static_cast<int>(agent.localizer().statistics().taken_back);
-  if (options.verbose)
+  if (options.verbose) {
     for (const auto& [reason, count] : agent.localizer().statistics().refused)
       std::cerr << "refused " << reason << ": " << count << '\n';
+    for (const auto& [reason, count] : agent.localizer().statistics().not_found)
+      std::cerr << "not found " << reason << ": " << count << '\n';
+  }
   std::sort(errors.begin(), errors.end());
   if (!errors.empty()) outcome.error_m = errors[errors.size() / 2];
   return outcome;

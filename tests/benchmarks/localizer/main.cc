@@ -47,10 +47,11 @@ void print(const KidnapOptions& options, const KidnapOutcome& o) {
         "m)",
         o.recognised_after, o.hypothesis_right, o.hypothesis_wrong, o.right, o.wrong, o.error_m);
   }
+  if (o.found_back_after >= 0) fmt::print(", found back in its own memory after {}", o.found_back_after);
   if (o.taken_back > 0) fmt::print(", taken back {} times", o.taken_back);
-  if (o.joined_after < 0) {
+  if (o.joined_after < 0 && o.found_back_after < 0) {
     fmt::print("; not joined by the core");
-  } else {
+  } else if (o.joined_after >= 0) {
     fmt::print("; joined by the core after {} frames", o.joined_after);
   }
   fmt::print("; slowest frame {:.0f} ms\n", o.search_ms_worst);

@@ -95,6 +95,13 @@ class AgentTest : public testing::Test {
     }
   }
 
+  // That the core has received since it was last asked.
+  int interests() {
+    int count = 0;
+    while (auto delivery = core_->receive(milliseconds(0))) count += delivery->topic == Topic::kInterest;
+    return count;
+  }
+
   std::vector<Keyframe> play(Agent& agent) {
     std::vector<Keyframe> keyframes;
     EXPECT_TRUE(agent.hello());
@@ -300,6 +307,42 @@ TEST_F(AgentTest, CorrectionsAndTilesOfItsMapAreKept) {
   correct("joint", 3);
   ASSERT_TRUE(agent.exchange(milliseconds(0)));
   EXPECT_TRUE(agent.tiles().tiles().empty());
+}
+
+// The core may fall silent, or the camera be covered, before the next interest is due.
+TEST_F(AgentTest, AsksForTheTilesOfAnotherMapAtOnce) {
+  config_.interest_every_frames = 1000;
+  WalkSource source(3, 0, 0, -1);
+  Agent agent = makeAgent(source);
+  ASSERT_TRUE(agent.hello());
+  acknowledge(0);
+  ASSERT_TRUE(agent.takeFrame());
+  ASSERT_TRUE(agent.exchange(milliseconds(0)));
+  EXPECT_EQ(interests(), 0);
+  const auto correct = [&](const MapId& map, uint64_t revision) {
+    ASSERT_TRUE(core_->publish(Topic::kCorrection, "r", *encodeCorrection({"r", kSession, map, Pose(), revision})));
+    ASSERT_TRUE(agent.exchange(milliseconds(0)));
+  };
+  correct("m", 1);
+  EXPECT_EQ(interests(), 1);
+  correct("m", 2);
+  EXPECT_EQ(interests(), 0) << "of this one it has asked";
+  correct("joint", 3);
+  EXPECT_EQ(interests(), 1);
+}
+
+TEST_F(AgentTest, AsksForTilesWhileLost) {
+  config_.interest_every_frames = 2;
+  WalkSource source(40, 4, 40, -1);
+  Agent agent = makeAgent(source);
+  ASSERT_TRUE(agent.hello());
+  acknowledge(0);
+  ASSERT_TRUE(agent.exchange(milliseconds(0)));
+  for (int i = 0; i < 30; ++i) ASSERT_TRUE(agent.takeFrame());
+  ASSERT_EQ(agent.tracking(), TrackingState::kLost);
+  (void)interests();
+  for (int i = 30; i < 40; ++i) ASSERT_TRUE(agent.takeFrame());
+  EXPECT_EQ(interests(), 5);
 }
 
 TEST_F(AgentTest, CarriedOffToWhereOnlyOthersHaveBeenItFindsItselfInTheMapAndSaysSo) {
