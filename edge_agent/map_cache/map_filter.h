@@ -14,7 +14,7 @@ struct MapFilterOptions {
   /// A registration is not better known than this however small its residuals, along an axis: tiles are rounded, and
   /// the map has its own errors. Views of the same surfaces are wrong by the same, which no number of them takes away:
   /// what a registration may be wrong by moves nothing.
-  double registration_m = 0.002, registration_rad = 0.001;
+  double registration_m = 0.0012, registration_rad = 0.0006;
   double correction_m = 0.006, correction_rad = 0.003;  ///< the same of what the core says
   double least_m = 0.002, least_rad = 0.001;            ///< no pose is better known than this, however often measured
   /// Squared distance, of 6 dimensions, beyond which a measurement does not fit (one right one in 10 000).
