@@ -28,7 +28,9 @@ PlayedFleet::PlayedFleet(gpu::Device& device, Log log) : log_(std::move(log)), f
   }
   store_.emplace(std::move(*store));
   core_link_ = hub_.connect(LinkRole::kCore);
-  service_ = std::make_unique<MappingService>(ServiceOptions{}, *core_link_, *store_, device,
+  ServiceOptions options;
+  options.pace_tiles = false;  // frames pass as fast as they are computed: the clock says nothing of the link
+  service_ = std::make_unique<MappingService>(options, *core_link_, *store_, device,
                                               [this](const std::string& line) { log_("core: " + line); });
 }
 
@@ -46,6 +48,7 @@ Result<PlayedFleet::Robot*> PlayedFleet::add(const std::string& name, FrameSourc
   config.robot = name;
   config.outbox.kind = "memory";
   config.sender.send.budget_bytes_per_s = 0;
+  config.sender.send.paced = false;
   config.max_waiting_keyframes = 1'000'000;
   config.localizer.enabled = localizer;
   auto outbox = Outbox::inMemory();
