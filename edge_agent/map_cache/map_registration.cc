@@ -71,28 +71,13 @@ Registration MapRegistration::near(const TileCache& cache, const Pyramid& live, 
   return accepted(result);
 }
 
-Alignment MapRegistration::alignCoarse(const Pyramid& live) {
-  AlignmentOptions options;
-  options.noise = options_.noise;
-  options.iterations = {15, 5};
-  options.coarse_gate_m = 0.6f;
-  options.distance_gate_m = 0.15f;
-  options.coarse_extra_sigma_m = 0.08f;
-  const double a = options_.seed_rad;
-  std::vector<Pose> seeds{Pose(), turned(0, a), turned(0, -a), turned(a, 0), turned(-a, 0)};
-  const PyramidLevel& from = predicted_[kCoarseLevel];
-  const RotationAlignment rotation = alignRotation(from.camera, from.grey, live[kCoarseLevel].grey,
-                                                   Eigen::Matrix3d::Identity(), {}, rotation_workspace_);
-  if (rotation.usable) seeds.emplace_back(rotation.R_previous_current, Eigen::Vector3d::Zero());
-  return alignFromSeeds(reference_, live, seeds, options, workspace_);
-}
-
 Registration MapRegistration::anywhere(const TileCache& cache, const Pyramid& live, const Pose& T_map_guess) {
   Registration result;
   result.T_map_cam = T_map_guess;
   if (live.size() <= kCoarseLevel) return refused(result, "too_few_levels");
   if (!predict(cache, live, T_map_guess)) return refused(result, "unmapped");
-  const Alignment coarse = alignCoarse(live);
+  const Alignment coarse = alignFromAround(
+      reference_, predicted_, live, {kCoarseLevel, options_.seed_rad, options_.noise}, workspace_, rotation_workspace_);
   take(coarse, T_map_guess, result);
   if (!coarse.solved || !coarse.T_ref_cur.isFinite() || coarse.inlier_ratio < options_.coarse_inlier_ratio)
     return refused(result, "coarse_alignment");

@@ -66,7 +66,6 @@ class MapRegistration {
 
  private:
   bool predict(const TileCache& cache, const Pyramid& live, const Pose& T_map_cam);
-  Alignment alignCoarse(const Pyramid& live);
 
   RegistrationOptions options_;
   TileRenderer renderer_;

@@ -50,22 +50,6 @@ Relocalisation Relocaliser::relocalise(const Pyramid& live, const FernCode& code
   return best;
 }
 
-Alignment Relocaliser::alignCoarse(const ReferenceView& reference, const Pyramid& remembered, const Pyramid& live) {
-  AlignmentOptions options;
-  options.noise = options_.noise;
-  options.iterations = {15, 5};
-  options.coarse_gate_m = 0.6f;
-  options.distance_gate_m = 0.15f;
-  options.coarse_extra_sigma_m = 0.08f;
-  const double a = options_.seed_rad;
-  std::vector<Pose> seeds{Pose(), turned(0, a), turned(0, -a), turned(a, 0), turned(-a, 0)};
-  const PyramidLevel& from = remembered[kCoarseLevel];
-  const RotationAlignment rotation = alignRotation(from.camera, from.grey, live[kCoarseLevel].grey,
-                                                   Eigen::Matrix3d::Identity(), {}, rotation_workspace_);
-  if (rotation.usable) seeds.emplace_back(rotation.R_previous_current, Eigen::Vector3d::Zero());
-  return alignFromSeeds(reference, live, seeds, options, workspace_);
-}
-
 Relocalisation Relocaliser::judge(const RememberedPlace& place, const Pyramid& live,
                                   const ReferenceView& live_reference) {
   Relocalisation result;
@@ -86,7 +70,8 @@ Relocalisation Relocaliser::judge(const RememberedPlace& place, const Pyramid& l
   };
   const Pyramid remembered = place.pyramid();
   const ReferenceView reference = buildReference(remembered, kReference, options_.noise);
-  const Alignment coarse = alignCoarse(reference, remembered, live);
+  const Alignment coarse = alignFromAround(
+      reference, remembered, live, {kCoarseLevel, options_.seed_rad, options_.noise}, workspace_, rotation_workspace_);
   take(coarse);
   if (!coarse.solved || coarse.inlier_ratio < options_.coarse_inlier_ratio) return refuse("coarse_alignment");
 

@@ -63,7 +63,6 @@ class Relocaliser {
   void clear() { memory_.clear(); }
 
  private:
-  Alignment alignCoarse(const ReferenceView& reference, const Pyramid& remembered, const Pyramid& live);
   Relocalisation judge(const RememberedPlace& place, const Pyramid& live, const ReferenceView& live_reference);
 
   RelocaliserOptions options_;
