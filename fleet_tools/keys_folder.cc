@@ -168,7 +168,8 @@ Result<std::vector<std::string>> participantsIn(const std::string& dir) {
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(dir + "/" + below, error)) {
       const std::string name = entry.path().filename().string();
-      if (name.starts_with(".") || !fs::exists(entry.path() / "certificate.pem")) continue;
+      const bool has_keys = fs::exists(entry.path() / "certificate.pem") || fs::exists(entry.path() / "key.pem");
+      if (name.starts_with(".") || name == "authority" || !has_keys) continue;
       names.push_back(below + name);
     }
     if (error && below.empty()) return Error{ErrorCode::kUnreachable, dir + ": cannot be read: " + error.message()};

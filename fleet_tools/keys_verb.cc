@@ -85,7 +85,9 @@ int show(const KeysArguments& arguments) {
       if (folder.find("/revoked/") == std::string::npos) worst = std::max(worst, 1);
     }
   }
-  if (folders.empty()) std::printf("%s: no keys yet\n", arguments.dir.c_str());
+  if (!folders.empty()) return worst;
+  if (const auto site = siteOfKeys(arguments.dir); !site) return failWith(site.error());
+  std::printf("%s: no keys yet\n", arguments.dir.c_str());
   return worst;
 }
 

@@ -8,6 +8,8 @@
 #include "fleet_tools/store_change.h"
 #include "fleet_tools/text_table.h"
 #include "fleet_tools/verb.h"
+#include "mapping_core/gpu/device.h"
+#include "mapping_core/service/core_config.h"
 #include "mapping_core/store/store_lock.h"
 #include "mapping_core/store/store_survey.h"
 
@@ -33,13 +35,25 @@ Result<StoreSurvey> save(const RecoverArguments& arguments) {
   return survey;
 }
 
+// Before anything is written, so that the same command can be given again.
+Result<void> checkOptions(const StoreChange& change) {
+  if (!change.config.empty())
+    if (const auto config = readCoreConfig(change.config); !config) return config.error();
+  gpu::DeviceOptions options;
+  options.choice = change.device;
+  const auto device = gpu::Device::create(options);
+  return device ? Result<void>() : Result<void>(device.error());
+}
+
 int run(const RecoverArguments& arguments) {
+  if (auto checked = checkOptions(arguments.change); !checked) return failWith(checked.error());
   const auto survey = save(arguments);
   if (!survey) return failWith(survey.error());
   if (!arguments.change.json) {
     for (const std::string& text : survey->damage) std::printf("damage: %s\n", printable(text).c_str());
-    std::printf("saved in %s: %zu keyframes, %zu edges, %zu verdicts, %zu merges\n", arguments.change.store.c_str(),
-                survey->keyframes.size(), survey->edges.size(), survey->verdicts.size(), survey->merges.size());
+    std::printf("whole: %zu keyframes, %zu edges, %zu verdicts, %zu merges; computing maps of them in %s\n",
+                survey->keyframes.size(), survey->edges.size(), survey->verdicts.size(), survey->merges.size(),
+                arguments.change.store.c_str());
   }
   // What lost its ties falls apart, and what accepted matches still say joins it again.
   const auto recast = [](MapBuilder& builder) -> Result<void> {

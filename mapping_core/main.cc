@@ -95,6 +95,7 @@ int run(const Arguments& arguments) {
   }
   if (arguments.check_config) return 0;
   if (auto writable = checkFolderOf(arguments.report); !writable) return failWith(writable.error());
+  if (auto checked = checkDdsOptions(config->link); !checked) return failWith(checked.error());
   if (auto alone = checkAlone(config->link); !alone) return failWith(alone.error());
   gpu::DeviceOptions device_options;
   device_options.choice = config->device;

@@ -390,7 +390,7 @@ Result<std::unique_ptr<Link>> openOn(DdsLinkOptions options, const std::string& 
 
 }  // namespace
 
-Result<std::unique_ptr<Link>> connectDds(const DdsLinkOptions& options) {
+Result<void> checkDdsOptions(const DdsLinkOptions& options) {
   if (options.domain < 0 || options.domain > kMaxDomain) {
     return Error{ErrorCode::kWrongUse,
                  "link.domain is " + std::to_string(options.domain) + ", expected 0 to " + std::to_string(kMaxDomain)};
@@ -416,7 +416,12 @@ Result<std::unique_ptr<Link>> connectDds(const DdsLinkOptions& options) {
                      "' leaves this machine and messages are not encrypted: make keys with 'fleet keys' and give them "
                      "with --keys or link.keys; or, if that network is trusted, say so with --insecure or "
                      "link.insecure: true"};
-  if (auto checked = checkKeys(options); !checked) return checked.error();
+  return checkKeys(options);
+}
+
+Result<std::unique_ptr<Link>> connectDds(const DdsLinkOptions& options) {
+  if (auto checked = checkDdsOptions(options); !checked) return checked.error();
+  const bool by_name = if_nametoindex(options.interface_address.c_str()) != 0;
   if (!by_name) return openOn(options, options.interface_address);
   auto roaming = std::make_unique<RoamingLink>(
       options.interface_address, [options](const std::string& address) { return openOn(options, address); });

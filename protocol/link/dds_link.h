@@ -33,6 +33,10 @@ struct DdsLinkOptions {
   std::function<void(const std::string&)> notice = {};
 };
 
+/// All that connectDds() refuses before it opens anything: options out of range, an interface that is not there, keys
+/// of someone else or that do not count.
+Result<void> checkDdsOptions(const DdsLinkOptions& options);
+
 /// kWrongUse for options out of range, kBadData for keys that will not do (in a sentence), kUnreachable if the
 /// interface is not there or the domain's ports are taken. With the name of an interface that has no address yet, the
 /// link is there and has no peers. publish blocks up to max_blocking_ms while a keyframe reader takes nothing, then
