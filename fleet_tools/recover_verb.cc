@@ -31,7 +31,11 @@ Result<StoreSurvey> save(const RecoverArguments& arguments) {
   if (!survey) return survey;
   auto store = MapStore::open(arguments.change.store, MapStore::Mode::kCreateOrOpen);
   if (!store) return store.error();
-  if (auto saved = saveWhole(*survey, *store); !saved) return saved.error();
+  if (auto saved = saveWhole(*survey, *store); !saved) {
+    store = Error{saved.error()};  // closes it
+    for (const char* part : {"", "-wal", "-shm"}) std::filesystem::remove(arguments.change.store + part, code);
+    return saved.error();
+  }
   return survey;
 }
 

@@ -54,6 +54,7 @@ void readEdges(Database& database, const std::set<KeyframeId>& whole, StoreSurve
     if (!edge->edge.information.allFinite() || !edge->edge.T_from_to.translation().allFinite())
       return damagedRow("a number of it is none");
     if (auto ends = checkEnds(whole, edge->edge.from, edge->edge.to); !ends) return ends;
+    if (auto values = valuesOf(row); !values) return values;
     survey.edges.push_back(std::move(*edge));
     return {};
   };
@@ -65,6 +66,7 @@ void readVerdicts(Database& database, const std::set<KeyframeId>& whole, StoreSu
   const auto check = [&](Query& row) -> Result<void> {
     MatchVerdict verdict = verdictOf(row);
     if (auto ends = checkEnds(whole, verdict.query, verdict.candidate); !ends) return ends;
+    if (auto values = valuesOf(row); !values) return values;
     survey.verdicts.push_back(std::move(verdict));
     return {};
   };
@@ -76,6 +78,7 @@ void readMerges(Database& database, StoreSurvey& survey) {
   const auto check = [&](Query& row) -> Result<void> {
     MergeRecord merge = mergeOf(row);
     const uint32_t undone_by = row.unsigned32();
+    if (auto values = valuesOf(row); !values) return values;
     if (auto lists = readMergeLists(database, merge); !lists) return lists;
     if (merge.kept.empty() || merge.absorbed.empty()) return damagedRow("names no map");
     if (!merge.undone.empty()) survey.undone_by[merge.number] = undone_by;
@@ -90,6 +93,7 @@ void readTiles(Database& database, StoreSurvey& survey) {
   const auto check = [&](Query& row) -> Result<void> {
     const int64_t count = row.integer();
     if (const auto surfels = decompressSurfels(row.bytes(), count); !surfels) return surfels.error();
+    if (auto values = valuesOf(row); !values) return values;
     ++survey.tiles;
     return {};
   };
@@ -104,8 +108,6 @@ Result<StoreSurvey> surveyStore(const std::string& path) {
   if (!std::filesystem::is_regular_file(path, code)) return Error{ErrorCode::kUnreachable, path + ": no such file"};
   auto database = Database::open(std::filesystem::absolute(path).string(), SQLITE_OPEN_READONLY);
   if (!database) return database.error();
-  // Reads on past a schema of which a part is damaged, and past the end of a file that was cut off. Nothing is written.
-  if (auto lenient = database->execute("PRAGMA writable_schema = ON"); !lenient) return lenient.error();
   const auto ours = checkSchema(*database);
   if (!ours) return ours.error();
   if (!*ours) return Error{ErrorCode::kBadData, path + ": is empty, no map store"};

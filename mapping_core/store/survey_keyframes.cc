@@ -16,7 +16,7 @@ Error damagedRow(const std::string& text) { return {ErrorCode::kBadData, text}; 
 // What the table of keyframes says of one message.
 struct Description {
   KeyframeId id;
-  int64_t bytes = 0, crc32 = 0;
+  int64_t crc32 = 0;
 };
 
 std::map<int64_t, Description> readDescriptions(Database& database, StoreSurvey& survey) {
@@ -25,14 +25,13 @@ std::map<int64_t, Description> readDescriptions(Database& database, StoreSurvey&
     const int64_t arrival = row.integer();
     Description description;
     description.id = row.keyframeId();
-    description.bytes = row.integer();
     description.crc32 = row.integer();
+    if (auto values = valuesOf(row); !values) return values;
     result[arrival] = description;
     return {};
   };
   surveyTable(database, "row of keyframe", "SELECT coalesce(max(arrival), 0) FROM keyframes",
-              "SELECT arrival, robot, session, sequence, bytes, crc32 FROM keyframes WHERE arrival = ?", check,
-              survey.damage);
+              "SELECT arrival, robot, session, sequence, crc32 FROM keyframes WHERE arrival = ?", check, survey.damage);
   return result;
 }
 
@@ -58,6 +57,7 @@ void readPoses(Database& database, StoreSurvey& survey) {
     const int64_t arrival = row.integer();
     const std::string map = row.text();
     const Pose pose = row.pose();
+    if (auto values = valuesOf(row); !values) return values;
     if (map.empty() || !pose.translation().allFinite()) return damagedRow("names no map, or a number of it is none");
     if (const auto keyframe = by_arrival.find(arrival); keyframe != by_arrival.end()) {
       keyframe->second->map = map;

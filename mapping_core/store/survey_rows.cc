@@ -47,20 +47,22 @@ Result<bool> checkRow(Database& database, const char* one, int64_t number, const
   if (!there) return there.error();
   if (!*there) return false;
   if (auto passed = check(*query); !passed) return passed.error();
-  const auto values = query->step();  // what was wrong with one comes out here
-  if (!values) return values.error();
   return true;
 }
 
 }  // namespace
 
+Result<void> valuesOf(Query& row) {
+  const auto next = row.step();
+  return next ? Result<void>() : Result<void>(next.error());
+}
+
 size_t surveyTable(Database& database, const std::string& what, const char* last, const char* one,
                    const RowCheck& check, std::vector<std::string>& damage) {
   const auto told = database.integer(last);
-  int64_t end = kBlindRows;
-  if (told && *told >= 0 && *told <= kMostRows)
-    end = *told;
-  else
+  const bool known = told && *told >= 0 && *told <= kMostRows;
+  int64_t end = known ? *told : kBlindRows;
+  if (!known)
     damage.push_back(what + "s: how many there are cannot be read" +
                      (told ? "" : " (" + reasonOf(told.error(), database) + ")"));
   size_t failed = 0;
@@ -69,7 +71,7 @@ size_t surveyTable(Database& database, const std::string& what, const char* last
     Failures failures(what, sentences);
     for (int64_t number = 0; number <= end; ++number) {
       const auto whole = checkRow(database, one, number, check);
-      if (whole && *whole && !told) end = std::max(end, number + kBlindRows);
+      if (whole && *whole && !known) end = std::max(end, number + kBlindRows);
       if (whole) continue;
       ++failed;
       failures.add(number, reasonOf(whole.error(), database));

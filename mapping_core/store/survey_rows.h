@@ -9,7 +9,11 @@
 
 namespace comap {
 
-/// Whether the row is whole; else why not.
+/// What was wrong with one of the row's values, if anything: the query tells it only with its next step. Ask before
+/// anything of the row is kept; after it, bytes of the row are gone.
+Result<void> valuesOf(Query& row);
+
+/// Keeps the row if it is whole; else tells why not.
 using RowCheck = std::function<Result<void>(Query& row)>;
 
 /// Asks for every number from 0 to the table's last one. `last`: statement that yields it; `one`: the row of number ?1.

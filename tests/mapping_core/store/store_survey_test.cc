@@ -136,6 +136,9 @@ TEST_F(StoreSurveyTest, EachPageInTurn) {
 
 TEST_F(StoreSurveyTest, DamageAndGapsAreNamed) {
   fill();
+  const auto whole = surveyStore(path_);
+  ASSERT_TRUE(whole && !whole->edges.empty());
+  const Edge damaged = whole->edges.front().edge;  // number 1
   sql("UPDATE keyframe_messages SET encoded = zeroblob(length(encoded)) WHERE keyframe = 3;"
       "DELETE FROM keyframe_messages WHERE keyframe = 5;"
       "DELETE FROM keyframes WHERE arrival = 7;"
@@ -152,6 +155,10 @@ TEST_F(StoreSurveyTest, DamageAndGapsAreNamed) {
     EXPECT_THAT(survey->damage, Contains(HasSubstr(text)));
   EXPECT_EQ(survey->keyframes.size(), kKeyframes - 2);
   EXPECT_EQ(survey->tiles, 5u);
+  const bool kept = std::any_of(survey->edges.begin(), survey->edges.end(), [&](const WithdrawnEdge& one) {
+    return one.edge.from == damaged.from && one.edge.to == damaged.to && one.edge.kind == damaged.kind;
+  });
+  EXPECT_FALSE(kept) << "an edge that is damaged";
   EXPECT_THAT(survey->remarks, Contains(HasSubstr("sequences 3 to 3 are not there")));
   EXPECT_THAT(survey->remarks, Contains(HasSubstr("sequences 5 to 5 are not there")));
   const StoreSurvey again = saved(*survey);

@@ -12,10 +12,10 @@
 static dds_qos_t* qosOf(const char* site, const char* robot, dds_durability_kind_t durability, bool latest) {
   static char own[128];
   snprintf(own, sizeof own, "%s/%s", site, robot);
-  const char* partitions[] = {site, own};
+  const char* partitions[] = {own};
   const dds_data_representation_id_t representation = DDS_DATA_REPRESENTATION_XCDR1;
   dds_qos_t* qos = dds_create_qos();
-  dds_qset_partition(qos, 2, partitions);
+  dds_qset_partition(qos, 1, partitions);
   dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(10));
   dds_qset_durability(qos, durability);
   dds_qset_history(qos, latest ? DDS_HISTORY_KEEP_LAST : DDS_HISTORY_KEEP_ALL, 1);
