@@ -88,9 +88,7 @@ Result<ColourImage> renderPicture(gpu::Device& device, std::span<const Surfel> s
                                   Colouring colouring, size_t legend_entries) {
   std::vector<Surfel> enlarged(surfels.begin(), surfels.end());
   for (Surfel& s : enlarged) s.radius *= kEnlarged;
-  FusionParameters parameters;
-  parameters.initial_capacity = 1u << 19;
-  auto map = SurfelMap::create(device, parameters);
+  auto map = SurfelMap::create(device, FusionParameters{});
   if (!map) return map.error();
   if (auto done = map->append(enlarged); !done) return done.error();
 

@@ -82,7 +82,9 @@ struct SurfelMap::State {
   Result<void> tidy() {
     for (const auto& chunk : chunks) {
       if (chunk->away || chunk->gaps <= chunk->rows / kGapShare) continue;
-      if (auto done = pool->compact(*chunk); !done) return done;
+      auto done = pool->compact(*chunk);
+      if (!done && done.error().code == ErrorCode::kOutOfMemory) continue;  // with a later keyframe: it takes a spare
+      if (!done) return done;
     }
     for (size_t i = 1; i < chunks.size(); ++i) {
       SurfelChunk &into = *chunks[i - 1], &from = *chunks[i];

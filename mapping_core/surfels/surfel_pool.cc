@@ -1,8 +1,13 @@
 #include "mapping_core/surfels/surfel_pool.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <string>
 
 #include "mapping_core/surfels/compaction.h"
@@ -23,6 +28,16 @@ bool transferRows(Rows& rows, std::FILE* file, const auto& transfer) {
     return transfer(values.data(), sizeof(values[0]), values.size(), file) == values.size();
   };
   return one(rows.places) && one(rows.shapes) && one(rows.looks) && one(rows.records);
+}
+
+// A file of the folder that TMPDIR names (std::tmpfile does not ask), without a name, so that it never outlives us.
+std::FILE* makeFile() {
+  std::error_code none;
+  std::string path = (std::filesystem::temp_directory_path(none) / "comap-surfels-XXXXXX").string();
+  const int file = none ? -1 : ::mkostemp(path.data(), O_CLOEXEC);
+  if (file < 0) return nullptr;
+  ::unlink(path.c_str());
+  return ::fdopen(file, "w+b");
 }
 
 }  // namespace
@@ -90,7 +105,7 @@ Result<bool> SurfelPool::sendOneAway() {
   if (!oldest) return false;
   const auto rows = readRows(oldest->streams, oldest->rows);
   if (!rows) return rows.error();
-  std::unique_ptr<std::FILE, SurfelChunk::CloseFile> file(std::tmpfile());
+  std::unique_ptr<std::FILE, SurfelChunk::CloseFile> file(makeFile());
   if (!file) return fileError("make");
   if (!transferRows(*rows, file.get(), std::fwrite) || std::fflush(file.get()) != 0) return fileError("write");
   oldest->away = std::move(file);
@@ -128,8 +143,11 @@ Result<void> SurfelPool::need(SurfelChunk& chunk) {
   auto streams = take(chunk.capacity);
   if (!streams) return streams.error();
   const auto rows = rowsOf(chunk);
-  if (!rows) return rows.error();
-  if (auto done = writeRows(*streams, *rows, 0); !done) return done;
+  auto written = rows ? writeRows(*streams, *rows, 0) : Result<void>(rows.error());
+  if (!written) {
+    giveBack(std::move(*streams));
+    return written;
+  }
   chunk.streams = std::move(*streams);
   chunk.away.reset();
   return {};
@@ -140,7 +158,10 @@ Result<void> SurfelPool::grow(SurfelChunk& chunk, size_t capacity) {
   if (capacity <= chunk.capacity) return {};
   auto larger = take(capacity);
   if (!larger) return larger.error();
-  if (auto done = copyRows(context, chunk.streams, chunk.rows, *larger, 0); !done) return done;
+  if (auto done = copyRows(context, chunk.streams, chunk.rows, *larger, 0); !done) {
+    giveBack(std::move(*larger));
+    return done;
+  }
   giveBack(std::exchange(chunk.streams, std::move(*larger)));
   chunk.capacity = capacity;
   return {};
@@ -151,7 +172,10 @@ Result<void> SurfelPool::compact(SurfelChunk& chunk) {
   auto target = take(chunk.capacity);
   if (!target) return target.error();
   const auto left = compactStreams(context, kernels, chunk.streams, *target, scratch, chunk.rows);
-  if (!left) return left.error();
+  if (!left) {
+    giveBack(std::move(*target));
+    return left.error();
+  }
   giveBack(std::exchange(chunk.streams, std::move(*target)));
   chunk.rows = *left;
   chunk.gaps = 0;
