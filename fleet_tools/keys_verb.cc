@@ -82,7 +82,7 @@ int show(const KeysArguments& arguments) {
                 facts->serial.c_str());
     if (const auto checked = checkCredentials(credentialsIn(folder), now); !checked) {
       std::printf("  does not count: %s\n", checked.error().text.c_str());
-      if (folder.find("/revoked/") == std::string::npos) worst = std::max(worst, 1);
+      if (!folder.starts_with(arguments.dir + "/revoked/")) worst = std::max(worst, 1);
     }
   }
   if (!folders.empty()) return worst;

@@ -158,11 +158,13 @@ Result<std::string> Authority::revoke(const std::string& revocations, const std:
   if (!key) return key.error();
   if (!crl) return crl.error();
   if (!revoked) return revoked.error();
-  X509_REVOKED* entry = X509_REVOKED_new();
+  std::unique_ptr<X509_REVOKED, FreeWith<X509_REVOKED_free>> entry(X509_REVOKED_new());
   const std::unique_ptr<ASN1_TIME, FreeWith<ASN1_TIME_free>> now(ASN1_TIME_set(nullptr, std::time(nullptr)));
-  X509_REVOKED_set_serialNumber(entry, X509_get_serialNumber(revoked->get()));
-  X509_REVOKED_set_revocationDate(entry, now.get());
-  X509_CRL_add0_revoked(crl->get(), entry);
+  if (!entry || !now || X509_REVOKED_set_serialNumber(entry.get(), X509_get_serialNumber(revoked->get())) != 1 ||
+      X509_REVOKED_set_revocationDate(entry.get(), now.get()) != 1 ||
+      X509_CRL_add0_revoked(crl->get(), entry.get()) != 1)
+    return failed("adding to the list of revoked certificates");
+  entry.release();  // the list's now
   return signedCrl(crl->get(), authority->get(), key->get());
 }
 

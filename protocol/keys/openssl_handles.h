@@ -45,7 +45,7 @@ Result<CertificateHandle> parseCertificate(std::string_view pem, const std::stri
 Result<CrlHandle> parseCrl(std::string_view pem, const std::string& path);
 Result<KeyHandle> parseKey(std::string_view pem, const std::string& path);
 
-/// The whole file; kUnreachable naming it, also if it is larger than any of ours (1 MiB).
+/// The whole file; kUnreachable naming it; kBadData if it is larger than any of ours (1 MiB).
 Result<std::string> readText(const std::string& path);
 
 /// "2028-11-21 14:05 UTC".

@@ -301,7 +301,7 @@ bool DdsLink::isGenuine(Topic topic, const Octets& sample, const dds::SampleInfo
   const auto writer = eprosima::fastrtps::rtps::iHandle2GUID(info.publication_handle);
   if (authorship_.isOf(writer.guidPrefix, sample.robot)) return true;
   if (!told_of_impostor_ && options_.notice) {
-    options_.notice(topicName(topic) + " in the name of robot '" + sample.robot +
+    options_.notice(topicName(topic) + " in the name of robot '" + safeName(sample.robot) +
                     "' from a participant whose certificate is not that robot's: passed over");
   }
   told_of_impostor_ = true;

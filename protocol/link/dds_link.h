@@ -1,4 +1,4 @@
-// The wire over DDS: comap's topics on one domain, in the partition of one site.
+// The wire over DDS: comap's topics on one domain, in the partitions of one site.
 #pragma once
 
 #include <functional>

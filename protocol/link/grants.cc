@@ -15,7 +15,6 @@ std::string element(const std::string& name, const std::string& content) {
   return "<" + name + ">" + content + "</" + name + ">";
 }
 
-// Readers of the document take it for local time: a day more on each side makes them agree.
 std::string dateText(std::time_t time) {
   std::tm parts{};
   gmtime_r(&time, &parts);
@@ -64,7 +63,7 @@ std::string permissionsText(const Participant& participant, std::time_t from, st
     if (reads(role, topic) || (role == LinkRole::kCore && reads(LinkRole::kObserver, topic)))
       in += element("topic", topicName(topic));
   }
-  constexpr std::time_t kDay_s = 86400;
+  constexpr std::time_t kDay_s = 86400;  // readers take dates for local time: a day more on each side makes them agree
   const std::string grant = element("subject_name", subjectText(participant)) +
                             element("validity", element("not_before", dateText(from - kDay_s)) +
                                                     element("not_after", dateText(until + kDay_s))) +

@@ -45,7 +45,7 @@ class Link {
   /// Whether all that was published so has reached those at the other end who were there; not that they took it.
   virtual bool delivered(Topic topic, const std::string& robot) const = 0;
 
-  /// The next message of the topics this role reads (a robot: only those keyed with its own name, or to all),
+  /// The next message of the topics this role reads (a robot: only those keyed with its own name),
   /// in order of arrival. Waits up to `timeout`.
   virtual std::optional<Delivery> receive(std::chrono::milliseconds timeout) = 0;
 

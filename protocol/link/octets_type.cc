@@ -115,9 +115,4 @@ bool OctetsType::getKey(void* data, InstanceHandle_t* handle, bool) {
   return true;
 }
 
-std::optional<std::string_view> robotOf(const SerializedPayload_t& sample) {
-  const auto parts = partsOf(sample);
-  return parts ? std::optional(parts->robot) : std::nullopt;
-}
-
 }  // namespace comap

@@ -28,7 +28,4 @@ class OctetsType : public eprosima::fastdds::dds::TopicDataType {
   bool getKey(void* data, eprosima::fastrtps::rtps::InstanceHandle_t* handle, bool force_md5) override;
 };
 
-/// The key of a serialised sample, without touching its payload; nothing if it is damaged.
-std::optional<std::string_view> robotOf(const eprosima::fastrtps::rtps::SerializedPayload_t& sample);
-
 }  // namespace comap

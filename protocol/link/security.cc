@@ -18,6 +18,8 @@ namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 
 constexpr uint32_t kHandshakeBytes = 16384;
+constexpr size_t kMostTold = 256;  // participants: strangers may invent any number
+constexpr size_t kMostNameBytes = 64;
 
 const char* const kMakeKeys = ": 'fleet keys' makes such folders";
 
@@ -26,6 +28,13 @@ KeyRole keyRoleOf(LinkRole role) {
 }
 
 }  // namespace
+
+std::string safeName(std::string name) {
+  name.resize(std::min(name.size(), kMostNameBytes));
+  for (char& c : name)
+    if (!(c >= 'a' && c <= 'z') && !(c >= '0' && c <= '9') && c != '_' && c != '-' && c != '/') c = '?';
+  return name;
+}
 
 Result<void> checkKeys(const DdsLinkOptions& options) {
   if (options.keys.empty()) return {};
@@ -107,7 +116,7 @@ void JoinWatch::onParticipantAuthentication(eprosima::fastdds::dds::DomainPartic
 void JoinWatch::on_participant_discovery(eprosima::fastdds::dds::DomainParticipant*,
                                          rtps::ParticipantDiscoveryInfo&& info) {
   if (info.status != rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT) return;
-  const std::string name = info.info.m_participantName.to_string();
+  const std::string name = safeName(info.info.m_participantName.to_string());
   if (!name.starts_with("comap/")) return;  // other programs may share the domain
   const bool peer_secured = info.info.security_attributes_ != 0;
   const auto& who = info.info.m_guid.guidPrefix;
@@ -124,7 +133,7 @@ void JoinWatch::on_participant_discovery(eprosima::fastdds::dds::DomainParticipa
 void JoinWatch::tellOnce(const rtps::GuidPrefix_t& who, const std::string& text) {
   {
     const std::lock_guard lock(mutex_);
-    if (!told_.insert(who).second) return;
+    if (told_.size() >= kMostTold || !told_.insert(who).second) return;
   }
   if (notice_) notice_(text);
 }

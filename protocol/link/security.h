@@ -13,6 +13,9 @@
 
 namespace comap {
 
+/// A name that a stranger gave, fit for a log: its first 64 characters, what is no name's replaced by '?'.
+std::string safeName(std::string name);
+
 /// Checks options.keys, if any, and whether they are for this role, robot and site. Errors say what to check.
 Result<void> checkKeys(const DdsLinkOptions& options);
 

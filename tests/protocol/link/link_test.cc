@@ -179,7 +179,7 @@ TEST_P(EveryLink, ALateRobotGetsItsLastAckAndCorrection) {
   EXPECT_FALSE(robot->receive(300ms));
 }
 
-TEST_P(EveryLink, ARobotHearsOnlyWhatIsForItOrForAll) {
+TEST_P(EveryLink, ARobotHearsOnlyWhatIsForIt) {
   auto core = connect_(LinkRole::kCore, "");
   auto a = connect_(LinkRole::kRobot, "a"), b = connect_(LinkRole::kRobot, "b");
   ASSERT_TRUE(core && a && b);
