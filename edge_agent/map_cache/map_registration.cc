@@ -23,6 +23,22 @@ void take(const Alignment& alignment, const Pose& T_map_ref, Registration& resul
   result.photometric_median = alignment.photometric_median;
 }
 
+// What every aligned view is asked, as far as `gates` go.
+struct Gates {
+  double inlier_ratio, overlap, rms_sigma, degeneracy, photometric_median;
+};
+
+// The check that the alignment fails; null if none.
+const char* failedGate(const Alignment& alignment, const Gates& gates) {
+  if (!alignment.solved || !alignment.T_ref_cur.isFinite()) return "too_few_points";
+  if (alignment.inlier_ratio < gates.inlier_ratio) return "inlier_ratio";
+  if (alignment.overlap * alignment.inlier_ratio < gates.overlap) return "overlap";
+  if (alignment.rms_sigma > gates.rms_sigma) return "rms_sigma";
+  if (alignment.degeneracy < gates.degeneracy) return "degenerate";
+  if (alignment.photometric_median > gates.photometric_median) return "photometric";
+  return nullptr;
+}
+
 Registration refused(Registration result, const char* reason) {
   result.accepted = false;
   result.reason = reason;
@@ -61,11 +77,9 @@ Registration MapRegistration::near(const TileCache& cache, const Pyramid& live, 
   options.coarse_extra_sigma_m = 0.02f;
   const Alignment alignment = align(reference_, live, Pose(), options, workspace_);
   take(alignment, T_map_guess, result);
-  if (!alignment.solved || !alignment.T_ref_cur.isFinite()) return refused(result, "too_few_points");
-  if (alignment.inlier_ratio < options_.inlier_ratio) return refused(result, "inlier_ratio");
-  if (alignment.overlap * alignment.inlier_ratio < options_.overlap) return refused(result, "overlap");
-  if (alignment.rms_sigma > options_.rms_sigma) return refused(result, "rms_sigma");
-  if (alignment.photometric_median > options_.photometric_median) return refused(result, "photometric");
+  // Near where it is believed to be, directions that the view leaves open are no reason: they count for little.
+  const Gates gates{options_.inlier_ratio, options_.overlap, options_.rms_sigma, 0, options_.photometric_median};
+  if (const char* failed = failedGate(alignment, gates)) return refused(result, failed);
   if (alignment.T_ref_cur.translation().norm() > options_.jump_m || alignment.T_ref_cur.angle() > options_.jump_rad)
     return refused(result, "jump");
   return accepted(result);
@@ -96,12 +110,9 @@ Registration MapRegistration::verify(const TileCache& cache, const Pyramid& live
   options.distance_gate_m = 0.08f;
   const Alignment forth = align(reference_, live, Pose(), options, workspace_);
   take(forth, T_map_guess, result);
-  if (!forth.solved || !forth.T_ref_cur.isFinite()) return refused(result, "too_few_points");
-  if (forth.inlier_ratio < options_.place_inlier_ratio) return refused(result, "inlier_ratio");
-  if (forth.overlap * forth.inlier_ratio < options_.place_overlap) return refused(result, "overlap");
-  if (forth.rms_sigma > options_.place_rms_sigma) return refused(result, "rms_sigma");
-  if (forth.degeneracy < options_.degeneracy) return refused(result, "degenerate");
-  if (forth.photometric_median > options_.place_photometric_median) return refused(result, "photometric");
+  const Gates gates{options_.place_inlier_ratio, options_.place_overlap, options_.place_rms_sigma, options_.degeneracy,
+                    options_.place_photometric_median};
+  if (const char* failed = failedGate(forth, gates)) return refused(result, failed);
 
   const DepthAgreement there =
       compareDepth(predicted_[kLevel], live[kLevel], forth.T_ref_cur, options_.gate_m, options_.noise);
