@@ -4,6 +4,7 @@
 #include "mapping_core/ferns/fern_encoder.h"
 #include "protocol/codec/codec.h"
 #include "protocol/codec/version.h"
+#include "protocol/telemetry/stage_clock.h"
 
 namespace comap {
 namespace {
@@ -41,9 +42,14 @@ Result<void> Agent::hello() {
   return link_.publish(Topic::kHello, config_.robot, *encoded);
 }
 
+Result<std::optional<Frame>> Agent::readFrame() {
+  const StageSpan span("read");
+  return source_.next();
+}
+
 Result<Agent::Progress> Agent::takeFrame() {
   if (sender_.waiting() >= config_.max_waiting_keyframes) return Progress::kWaiting;
-  auto next = source_.next();
+  auto next = readFrame();
   if (!next) {
     ++statistics_.damaged_frames;
     if (++damaged_in_a_row_ >= kDamagedInARow) return next.error();
@@ -77,8 +83,13 @@ Result<Agent::Progress> Agent::takeFrame() {
   const auto tracked_at = std::chrono::steady_clock::now();
   const uint32_t registered = localizer_.statistics().attempts;
   localizer_.track(odometry_.live(), tracked.T_odom_cam, tracked.aligned || found != nullptr);
-  const std::chrono::duration<double, std::milli> registering = std::chrono::steady_clock::now() - tracked_at;
-  if (localizer_.statistics().attempts > registered) statistics_.localizer_ms.add(registering.count());
+  const auto registered_at = std::chrono::steady_clock::now();
+  const std::chrono::duration<double, std::milli> registering = registered_at - tracked_at;
+  StageClock::process().add("track", start, tracked_at);
+  if (localizer_.statistics().attempts > registered) {
+    statistics_.localizer_ms.add(registering.count());
+    StageClock::process().add("register", tracked_at, registered_at);
+  }
   ++frames_since_keyframe_;
   const auto reason = keyframeReason(tracked, frames_since_keyframe_, medianDepth(frame.depth), config_.keyframes);
   // The depth of a keyframe is shipped as it is when the next one takes over, or when tracking fails.
@@ -186,6 +197,7 @@ void Agent::beginKeyframe(const Frame& frame, const TrackedFrame& tracked, const
 
 Result<void> Agent::closeKeyframe() {
   if (!open_) return {};
+  const StageSpan span("encode");
   const SuperKeyframe& depth = odometry_.keyframeDepth();
   depth.writeDepth(mean_depth_m_);
   depth.writeHits(hits_);
@@ -206,7 +218,20 @@ void Agent::keepInTouch(std::chrono::steady_clock::time_point now) {
   if (now - last_status_ >= kStatusPeriod) sendStatus(finished_);
 }
 
+std::chrono::duration<double> Agent::stalled() const {
+  return waits_since_ ? std::chrono::steady_clock::now() - *waits_since_ : std::chrono::duration<double>(0);
+}
+
+void Agent::noteWaiting(size_t before) {
+  const size_t waiting = sender_.waitingInAll();
+  if (waiting == 0)
+    waits_since_.reset();
+  else if (waiting < before || !waits_since_)
+    waits_since_ = std::chrono::steady_clock::now();
+}
+
 Result<void> Agent::exchange(std::chrono::milliseconds timeout) {
+  const size_t waiting = sender_.waitingInAll();
   keepInTouch(std::chrono::steady_clock::now());
   if (welcome_) sender_.sendDue(std::chrono::steady_clock::now());
   auto delivery = link_.receive(timeout);
@@ -214,6 +239,7 @@ Result<void> Agent::exchange(std::chrono::milliseconds timeout) {
     if (auto handled = handle(*delivery); !handled) return handled;
     delivery = link_.receive(std::chrono::milliseconds(0));
   }
+  noteWaiting(waiting);
   if (welcome_) sender_.sendDue(std::chrono::steady_clock::now());
   return {};
 }

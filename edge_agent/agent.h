@@ -13,10 +13,10 @@
 #include "edge_agent/map_cache/map_localizer.h"
 #include "edge_agent/odometry/recovery.h"
 #include "edge_agent/odometry/visual_odometry.h"
-#include "edge_agent/time_histogram.h"
 #include "edge_agent/uplink/keyframe_sender.h"
 #include "mapping_core/ferns/fern_book.h"
 #include "protocol/link/link.h"
+#include "protocol/telemetry/time_histogram.h"
 
 namespace comap {
 
@@ -81,6 +81,10 @@ class Agent {
   uint32_t unacknowledged() const { return static_cast<uint32_t>(sender_.waitingInAll()); }
   uint32_t onlyInMemory() const { return static_cast<uint32_t>(sender_.waitingInMemory()); }  ///< the disk failed
   const SenderLosses& losses() const { return sender_.losses(); }
+  uint64_t waitingBytes() const { return sender_.waitingBytes(); }
+  /// How long keyframes have waited without the core acknowledging any; 0 if none waits.
+  std::chrono::duration<double> stalled() const;
+  bool hasPeer() const { return link_.peers() > 0; }
   uint64_t uplinkBytes() const { return sender_.bytesSent(); }
   uint64_t session() const { return session_; }
   const std::optional<Correction>& correction() const { return correction_; }
@@ -93,10 +97,12 @@ class Agent {
   const AgentStatistics& statistics() const { return statistics_; }
 
  private:
+  Result<std::optional<Frame>> readFrame();
   const Relocalisation* findBack(const Frame& frame, TrackedFrame& tracked);
   void beginKeyframe(const Frame& frame, const TrackedFrame& tracked, const Relocalisation* found);
   void searchMap(const Frame& frame, const TrackedFrame& tracked);
   Result<void> handle(const Delivery& delivery);
+  void noteWaiting(size_t before);
   void keepInTouch(std::chrono::steady_clock::time_point now);
 
   AgentConfig config_;
@@ -122,6 +128,7 @@ class Agent {
   std::chrono::steady_clock::time_point last_hello_{}, last_status_{}, next_interest_{};
   uint32_t durable_below_ = 0;
   uint32_t mapped_below_ = 0;
+  std::optional<std::chrono::steady_clock::time_point> waits_since_;  // of keyframes, or since some were acknowledged
   Pose T_odom_cam_;
   Image<float> mean_depth_m_;  // memory kept between keyframes
   Image<uint8_t> hits_;

@@ -83,6 +83,7 @@ Result<AgentConfig> readAgentConfig(const std::string& path) {
   localizer.read("smooth_frames", config.localizer.smooth_frames, 1, 1000);
   config.localizer.registration.noise = config.odometry.alignment.noise;
   config.localizer.registration.view.depth_max_m = config.odometry.depth_max_m;
+  readTelemetryOptions(*reader, config.telemetry);
   if (auto finished = reader->finish(); !finished) return finished.error();
   return config;
 }
@@ -147,7 +148,8 @@ localizer:                      # what returned tiles are used for
       c.sender.send.budget_bytes_per_s, c.sender.jpeg_quality, c.outbox.kind, c.outbox.directory,
       c.outbox.quota_mb == kUnlimited_mb ? 0 : c.outbox.quota_mb, c.sender.thin_jpeg_quality, c.fern_seed,
       c.interest_radius_m, c.downlink_bytes_per_s, c.localizer.enabled, c.localizer.every_frames, c.localizer.memory_mb,
-      c.localizer.smooth_frames);
+      c.localizer.smooth_frames) +
+         printTelemetryOptions(c.telemetry);
 }
 
 }  // namespace comap

@@ -12,6 +12,7 @@
 #include "edge_agent/uplink/outbox_place.h"
 #include "mapping_core/ferns/fern_book.h"
 #include "protocol/link/dds_link.h"
+#include "protocol/telemetry/telemetry.h"
 
 namespace comap {
 
@@ -32,6 +33,7 @@ struct AgentConfig {
   uint32_t downlink_bytes_per_s = 4'000'000;
   uint32_t interest_every_frames = 15;
   uint32_t status_every_frames = 10;
+  TelemetryOptions telemetry;
 };
 
 /// Reads a YAML file; unknown keys, wrong types and values out of range are errors that name file, line and key.

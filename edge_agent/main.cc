@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -12,6 +13,7 @@
 #include <thread>
 
 #include "edge_agent/agent.h"
+#include "edge_agent/agent_metrics.h"
 #include "edge_agent/agent_report.h"
 #include "edge_agent/capture/source_uri.h"
 #include "protocol/link/dds_link.h"
@@ -27,16 +29,18 @@ using std::chrono::seconds;
 
 volatile sig_atomic_t g_stop = 0;
 
+using Tell = std::function<void()>;  // those who watch over this agent
+
 struct Arguments {
-  std::string config, source, robot, site, interface_address, keys, report, outbox;
-  int domain = -1, threads = 0;
+  std::string config, source, robot, site, interface_address, keys, report, outbox, log_format, trace;
+  int domain = -1, threads = 0, status_port = -1;
   bool insecure = false, realtime = false, offline = false, deliver = false, list_sources = false, print_config = false,
        check_config = false;
   int patience_s = 60;
 };
 
-int failWith(const Error& error) {
-  std::fprintf(stderr, "edge_agent: %s\n", error.text.c_str());
+int failWith(const Error& error, const Log& log = Log(LogFormat::kText, "edge_agent")) {
+  log.error(error.text);
   return exitCodeOf(error.code);
 }
 
@@ -67,8 +71,11 @@ Result<AgentConfig> configure(const Arguments& arguments) {
     return Error{ErrorCode::kWrongUse, problem};
   config.link.role = LinkRole::kRobot;
   config.link.robot = config.robot;
-  config.link.notice = [name = config.robot](const std::string& line) {
-    std::fprintf(stderr, "%s: %s\n", name.c_str(), line.c_str());
+  if (arguments.status_port >= 0) config.telemetry.status_port = arguments.status_port;
+  if (!arguments.log_format.empty()) config.telemetry.log_format = arguments.log_format;
+  config.telemetry.trace = arguments.trace;
+  config.link.notice = [name = config.robot, log = makeLog(config.telemetry, "edge_agent")](const std::string& line) {
+    log.info(name + ": " + line);
   };
   config.link.max_blocking_ms = 50;  // frames go on; what the link does not take stays in the outbox
   return config;
@@ -81,7 +88,7 @@ uint64_t newSession() {
   return s << 24 | (std::random_device{}() & 0xffffffu);
 }
 
-Result<void> awaitCore(const AgentConfig& config, const Link& link, int patience_s) {
+Result<void> awaitCore(const AgentConfig& config, const Link& link, int patience_s, const Tell& tell) {
   const auto deadline = Clock::now() + seconds(patience_s);
   while (link.peers() == 0 && g_stop == 0) {
     if (Clock::now() > deadline)
@@ -89,6 +96,7 @@ Result<void> awaitCore(const AgentConfig& config, const Link& link, int patience
                                                 std::to_string(config.link.domain) + " on " +
                                                 config.link.interface_address + " after " + std::to_string(patience_s) +
                                                 " s: is it running, with the same site and domain?"};
+    tell();
     std::this_thread::sleep_for(milliseconds(20));
   }
   return {};
@@ -117,7 +125,7 @@ class NoSource final : public FrameSource {
 };
 
 // While frames come. Recorded sources play as fast as the core keeps up, or at their own speed.
-Result<void> drive(Agent& agent, const Arguments& arguments, const std::string& outbox) {
+Result<void> drive(Agent& agent, const Arguments& arguments, const std::string& outbox, const Tell& tell) {
   const bool realtime = arguments.realtime, in_time = realtime || arguments.offline;
   const int patience_s = arguments.patience_s;
   const auto start = Clock::now();
@@ -125,6 +133,7 @@ Result<void> drive(Agent& agent, const Arguments& arguments, const std::string& 
   uint32_t frames = 0;
   uint32_t unacknowledged = 0;
   while (g_stop == 0) {
+    tell();
     const auto taken = agent.takeFrame();
     if (!taken) return taken.error();
     if (*taken == Agent::Progress::kEnded) return {};
@@ -147,13 +156,14 @@ Result<void> drive(Agent& agent, const Arguments& arguments, const std::string& 
 }
 
 // After the last frame: until the core has all keyframes in its map and no more tiles come.
-Result<void> settle(Agent& agent, int patience_s, const std::string& outbox) {
+Result<void> settle(Agent& agent, int patience_s, const std::string& outbox, const Tell& tell) {
   constexpr milliseconds kInterestPeriod(500), kQuiet(2500);
   auto last_progress = Clock::now(), last_news = Clock::now(), last_interest = Clock::now() - kInterestPeriod;
   uint32_t unacknowledged = agent.unacknowledged();
   uint32_t mapped = agent.mappedBelow();
   uint64_t tiles = agent.statistics().tiles_received;
   while (g_stop == 0) {
+    tell();
     const auto now = Clock::now();
     if (now - last_interest >= kInterestPeriod) {
       agent.sendInterest();
@@ -180,13 +190,13 @@ Result<void> settle(Agent& agent, int patience_s, const std::string& outbox) {
 }
 
 Result<void> work(Agent& agent, const AgentConfig& config, const Link& link, const Arguments& arguments,
-                  const std::string& outbox) {
+                  const std::string& outbox, const Tell& tell) {
   if (auto greeted = agent.hello(); !greeted) return greeted;
   if (!arguments.realtime && !arguments.offline)
-    if (auto found = awaitCore(config, link, arguments.patience_s); !found) return found;
-  if (auto driven = drive(agent, arguments, outbox); !driven) return driven;
+    if (auto found = awaitCore(config, link, arguments.patience_s, tell); !found) return found;
+  if (auto driven = drive(agent, arguments, outbox, tell); !driven) return driven;
   if (arguments.offline) return {};
-  return settle(agent, arguments.patience_s, outbox);
+  return settle(agent, arguments.patience_s, outbox, tell);
 }
 
 Result<std::unique_ptr<FrameSource>> sourceOf(const AgentConfig& config, const Arguments& arguments) {
@@ -205,17 +215,21 @@ Result<std::unique_ptr<Link>> linkOf(const AgentConfig& config, const Arguments&
 int run(const Arguments& arguments) {
   auto config = configure(arguments);
   if (!config) return failWith(config.error());
+  const Log lines = makeLog(config->telemetry, "edge_agent");
+  const auto failWith = [&](const Error& error) { return comap::failWith(error, lines); };
   if (arguments.print_config) {
     std::printf("%s", printAgentConfig(*config).c_str());
     return 0;
   }
   if (arguments.check_config) return 0;
   if (auto writable = checkFolderOf(arguments.report); !writable) return failWith(writable.error());
+  auto telemetry = Telemetry::start(config->telemetry);
+  if (!telemetry) return failWith(telemetry.error());
   auto source = sourceOf(*config, arguments);
   if (!source) return failWith(source.error());
   auto link = linkOf(*config, arguments);
   if (!link) return failWith(link.error());
-  const auto log = [](const std::string& line) { std::fprintf(stderr, "%s\n", line.c_str()); };
+  const auto log = [&](const std::string& line) { lines.info(line); };
   auto outbox = openOutbox(config->outbox, config->robot, log);
   if (!outbox) return failWith(outbox.error());
   const std::string outbox_path = config->outbox.kind == "memory" ? "" : outbox->path();
@@ -236,10 +250,12 @@ int run(const Arguments& arguments) {
   // What moves on in time does not wait for a core: the outbox takes it all.
   if (arguments.realtime || arguments.offline) config->max_waiting_keyframes = std::numeric_limits<size_t>::max();
   Agent agent(*config, *session, std::move(*outbox), **source, **link, log, record);
-  const auto done = work(agent, *config, **link, arguments, outbox_path);
+  const Tell tell = [&] { telemetry->tell(kAgentMetrics, [&] { return reportOf(agent, config->robot); }); };
+  const auto done = work(agent, *config, **link, arguments, outbox_path, tell);
   // What was done is told even if it ended badly.
   if (report)
     if (auto written = report->finish(reportOf(config->robot, agent)); !written) return failWith(written.error());
+  if (auto traced = telemetry->finish(); !traced) return failWith(traced.error());
   if (!done) return failWith(done.error());
   if (agent.allAcknowledged()) return 0;
   if (outbox_path.empty() || agent.onlyInMemory() > 0)
@@ -275,6 +291,11 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 64));
   app.add_option("--outbox", arguments.outbox,
                  "Folder for keyframes until the core has them, or the word memory: lost with the process");
+  app.add_option("--status-port", arguments.status_port, "Port of /metrics, /healthz and /readyz; 0: none")
+      ->check(CLI::Range(0, 65535));
+  app.add_option("--log-format", arguments.log_format, "Lines on stderr as text or json")
+      ->check(CLI::IsMember({"text", "json"}));
+  app.add_option("--trace", arguments.trace, "Write when each stage of the work ran to this file, for ui.perfetto.dev");
   app.add_flag("--deliver", arguments.deliver, "Take no frames: send what waits in the outbox and stop");
   app.add_flag("--offline", arguments.offline, "Without a core: keep all keyframes in the outbox and stop")
       ->excludes("--deliver");

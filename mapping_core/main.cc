@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "mapping_core/service/core_config.h"
+#include "mapping_core/service/core_metrics.h"
 #include "mapping_core/service/core_report.h"
 #include "mapping_core/store/store_lock.h"
 #include "protocol/link/dds_link.h"
@@ -20,13 +21,13 @@ namespace {
 volatile sig_atomic_t g_stop = 0;
 
 struct Arguments {
-  std::string config, store, device, site, interface_address, keys, report;
-  int domain = -1;
+  std::string config, store, device, site, interface_address, keys, report, log_format, trace;
+  int domain = -1, status_port = -1;
   bool insecure = false, list_devices = false, print_config = false, check_config = false;
 };
 
-int failWith(const Error& error) {
-  std::fprintf(stderr, "mapping_core: %s\n", error.text.c_str());
+int failWith(const Error& error, const Log& log = Log(LogFormat::kText, "mapping_core")) {
+  log.error(error.text);
   return exitCodeOf(error.code);
 }
 
@@ -53,8 +54,11 @@ Result<CoreConfig> configure(const Arguments& arguments) {
   if (arguments.domain >= 0) config.link.domain = arguments.domain;
   if (!arguments.keys.empty()) config.link.keys = arguments.keys;
   config.link.insecure = config.link.insecure || arguments.insecure;
+  if (arguments.status_port >= 0) config.telemetry.status_port = arguments.status_port;
+  if (!arguments.log_format.empty()) config.telemetry.log_format = arguments.log_format;
+  config.telemetry.trace = arguments.trace;
   config.link.role = LinkRole::kCore;
-  config.link.notice = [](const std::string& line) { std::fprintf(stderr, "%s\n", line.c_str()); };
+  config.link.notice = [log = makeLog(config.telemetry, "mapping_core")](const std::string& line) { log.info(line); };
   return config;
 }
 
@@ -76,19 +80,25 @@ Result<void> checkAlone(DdsLinkOptions options) {
   return {};
 }
 
-Result<void> serve(MappingService& service) {
+Result<void> serve(MappingService& service, Telemetry& telemetry, const std::string& device) {
+  constexpr int kFinish_s = 600;
+  const auto tell = [&](bool ready) { telemetry.tell(kCoreMetrics, [&] { return reportOf(service, device, ready); }); };
   while (g_stop == 0) {
+    tell(true);
     const auto worked = service.step(std::chrono::milliseconds(200));
     if (!worked) return worked.error();
     if (!*worked || service.quiet())
       if (auto refreshed = service.refreshTiles(); !refreshed) return refreshed;
   }
-  return service.finish({});
+  telemetry.stopping(kFinish_s);
+  return service.finish([&](size_t, size_t) { tell(false); });
 }
 
 int run(const Arguments& arguments) {
   const auto config = configure(arguments);
   if (!config) return failWith(config.error());
+  const Log log = makeLog(config->telemetry, "mapping_core");
+  const auto failWith = [&](const Error& error) { return comap::failWith(error, log); };
   if (arguments.print_config) {
     std::printf("%s", printCoreConfig(*config).c_str());
     return 0;
@@ -97,6 +107,8 @@ int run(const Arguments& arguments) {
   if (auto writable = checkFolderOf(arguments.report); !writable) return failWith(writable.error());
   if (auto checked = checkDdsOptions(config->link); !checked) return failWith(checked.error());
   if (auto alone = checkAlone(config->link); !alone) return failWith(alone.error());
+  auto telemetry = Telemetry::start(config->telemetry);
+  if (!telemetry) return failWith(telemetry.error());
   gpu::DeviceOptions device_options;
   device_options.choice = config->device;
   device_options.cache_directory = gpu::defaultCacheDirectory();
@@ -110,12 +122,12 @@ int run(const Arguments& arguments) {
   lock.emplace(std::move(*taken));
   auto link = connectDds(config->link);
   if (!link) return failWith(link.error());
-  const auto log = [](const std::string& line) { std::fprintf(stderr, "%s\n", line.c_str()); };
-  log("mapping core on " + device->info().name + ", site " + config->link.site + ", DDS domain " +
-      std::to_string(config->link.domain) + ", store " + config->store);
-  MappingService service(config->service, **link, *store, *device, log);
+  log.info("mapping core on " + device->info().name + ", site " + config->link.site + ", DDS domain " +
+           std::to_string(config->link.domain) + ", store " + config->store);
+  MappingService service(config->service, **link, *store, *device, [&](const std::string& line) { log.info(line); });
   if (auto resumed = service.resume(); !resumed) return failWith(resumed.error());
-  if (auto served = serve(service); !served) return failWith(served.error());
+  if (auto served = serve(service, *telemetry, device->info().name); !served) return failWith(served.error());
+  if (auto traced = telemetry->finish(); !traced) return failWith(traced.error());
   if (!arguments.report.empty())
     if (auto written = writeCoreReport(reportOf(service.statistics(), device->info().name), arguments.report); !written)
       return failWith(written.error());
@@ -142,6 +154,11 @@ int main(int argc, char** argv) {
   app.add_option("--keys", arguments.keys, "Folder of this program's keys, made by fleet keys: messages are encrypted");
   app.add_flag("--insecure", arguments.insecure, "Allow clear text on an interface other than loopback");
   app.add_option("--report", arguments.report, "Write what was done to this JSON file at the end");
+  app.add_option("--status-port", arguments.status_port, "Port of /metrics, /healthz and /readyz; 0: none")
+      ->check(CLI::Range(0, 65535));
+  app.add_option("--log-format", arguments.log_format, "Lines on stderr as text or json")
+      ->check(CLI::IsMember({"text", "json"}));
+  app.add_option("--trace", arguments.trace, "Write when each stage of the work ran to this file, for ui.perfetto.dev");
   app.add_flag("--list-devices", arguments.list_devices, "Print the Vulkan devices, usable or why not, and stop");
   app.add_flag("--print-config", arguments.print_config, "Print the configuration in force and stop");
   app.add_flag("--check-config", arguments.check_config, "Check the configuration and stop");

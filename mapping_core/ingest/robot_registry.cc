@@ -35,6 +35,7 @@ const RobotRecord* RobotRegistry::alive(const std::string& robot, uint64_t sessi
   if (it == robots_.end() || second_of_name_.contains({robot, session})) return nullptr;
   RobotRecord& present = it->second;
   if (present.since == std::chrono::steady_clock::time_point()) present.since = now;
+  if (present.session == session) present.heard = now;
   const auto earlier = remembered_.find({robot, session});
   if (present.session == session || earlier == remembered_.end()) return nullptr;
   if (now - present.since < kLate || ++present.signs_of_another < kSigns) return nullptr;

@@ -25,6 +25,7 @@ struct RobotRecord {
   std::optional<Correction> correction;  ///< the last one sent
   bool finished = false;
   std::chrono::steady_clock::time_point since{};  ///< when this session was first seen alive
+  std::chrono::steady_clock::time_point heard{};  ///< and last
   int signs_of_another = 0;                       ///< an earlier session lives on
 };
 
@@ -50,6 +51,7 @@ class RobotRegistry {
   /// old.
   RobotRecord* served(const std::string& robot, uint64_t session);
   std::map<std::string, RobotRecord>& robots() { return robots_; }
+  const std::map<std::string, RobotRecord>& robots() const { return robots_; }
 
  private:
   uint64_t fern_book_hash_;

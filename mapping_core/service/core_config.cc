@@ -57,6 +57,7 @@ Result<CoreConfig> readCoreConfig(const std::string& path) {
   ConfigReader tiles = reader->section("tiles");
   tiles.read("every_keyframes", config.service.tile_every_keyframes, 1, 10000);
   tiles.read("spacing_m", config.service.tile_spacing_m, 0.002, 0.5);
+  readTelemetryOptions(*reader, config.telemetry);
   if (auto finished = reader->finish(); !finished) return finished.error();
   return config;
 }
@@ -79,7 +80,7 @@ fusion:
   depth_max_m: {}
   stable_confidence: {}  # surfels below are not shown
   averaging_limit: {}    # confidence counts no more than this in the running average
-  memory_mb: {}            # that surfels may take on the device, 64 at least; more of them wait in a file. 0: what it gives
+  memory_mb: {}            # that surfels may take on the device, 256 at least; more of them wait in a file. 0: what it gives
 matching:                # when two keyframes see the same place
   candidates: {}         # fern candidates a keyframe in other maps
   loop_candidates: {}    # and in its own
@@ -105,7 +106,8 @@ tiles:
       m.fusion.memory_mb, m.search.candidates, m.search.loop_candidates, m.search.max_dissimilarity,
       m.verifier.inlier_ratio, m.verifier.overlap, m.verifier.rms_sigma, m.verifier.degeneracy,
       m.verifier.photometric_median, m.verifier.seen_through, m.verifier.unlike, m.verifier.features, m.vote.needed,
-      m.probation.witnesses, c.service.fern_seed, c.service.tile_every_keyframes, c.service.tile_spacing_m);
+      m.probation.witnesses, c.service.fern_seed, c.service.tile_every_keyframes, c.service.tile_spacing_m) +
+         printTelemetryOptions(c.telemetry);
 }
 
 }  // namespace comap

@@ -5,6 +5,7 @@
 
 #include "mapping_core/service/mapping_service.h"
 #include "protocol/link/dds_link.h"
+#include "protocol/telemetry/telemetry.h"
 
 namespace comap {
 
@@ -13,6 +14,7 @@ struct CoreConfig {
   std::string device = "auto";
   DdsLinkOptions link;
   ServiceOptions service;
+  TelemetryOptions telemetry;
 };
 
 /// Reads a YAML file; unknown keys, wrong types and values out of range are errors that name file, line and key.

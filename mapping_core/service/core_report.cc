@@ -2,7 +2,6 @@
 
 #include <sys/resource.h>
 
-#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -10,11 +9,6 @@
 
 namespace comap {
 namespace {
-
-double sortedQuantile(const std::vector<double>& sorted, double q) {
-  if (sorted.empty()) return 0;
-  return sorted[std::min(sorted.size() - 1, static_cast<size_t>(q * static_cast<double>(sorted.size())))];
-}
 
 double peakRssMb() {
   rusage usage{};
@@ -25,12 +19,10 @@ double peakRssMb() {
 }  // namespace
 
 CoreReport reportOf(const ServiceStatistics& statistics, const std::string& device) {
-  std::vector<double> times = statistics.keyframe_ms;
-  std::sort(times.begin(), times.end());
   CoreReport report;
-  report.keyframe_ms_median = sortedQuantile(times, 0.5);
-  report.keyframe_ms_p95 = sortedQuantile(times, 0.95);
-  report.keyframes = times.size();
+  report.keyframe_ms_median = statistics.keyframe_ms.quantile_ms(0.5);
+  report.keyframe_ms_p95 = statistics.keyframe_ms.quantile_ms(0.95);
+  report.keyframes = statistics.keyframe_ms.count();
   report.refused_messages = statistics.refused_messages;
   report.device = device;
   report.peak_rss_mb = peakRssMb();

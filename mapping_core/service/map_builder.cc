@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "protocol/codec/keyframe_codec.h"
+#include "protocol/telemetry/stage_clock.h"
 
 namespace comap {
 MapBuilder::MapBuilder(gpu::Device& device, MapStore& store, const MapBuilderOptions& options)
@@ -78,6 +79,7 @@ Result<void> MapBuilder::place(const Keyframe& keyframe, uint32_t robot_index) {
 }
 
 Result<std::vector<MatchVerdict>> MapBuilder::match(const Keyframe& keyframe) {
+  const StageSpan span("match");
   std::vector<Candidate> candidates = search_.search(keyframe.id, keyframe.fern_code, [&](const KeyframeId& other) {
     const bool own = components_.together(other, keyframe.id) && !watch_.inDoubt(other, keyframe.id);
     return own ? Kinship::kOwn : Kinship::kForeign;

@@ -81,6 +81,7 @@ class MapBuilder {
   /// addKeyframe() begins with the rest of them.
   Result<bool> catchUp(size_t keyframes) { return surfels_.catchUp(keyframes); }
   bool caughtUp() const { return surfels_.caughtUp(); }
+  size_t unfused() const { return surfels_.waiting(); }
 
   /// Computes the poses of all maps anew, as a pure function of the stored edges and merges: not of the order in which
   /// they came. Call before rebuild() and storePoses() at the end.
@@ -110,6 +111,9 @@ class MapBuilder {
   std::vector<TilePlace> placesOf(const KeyframeId& anchor) const;
   /// The surfels of the map anchored at `anchor`.
   SurfelMap& surfels(const KeyframeId& anchor) { return surfels_.at(anchor); }
+  size_t surfelCount(const KeyframeId& anchor) const { return surfels_.sizeOf(anchor); }
+  /// What all surfels take on the device.
+  size_t surfelBytes() const { return surfels_.bytes(); }
 
  private:
   // A map's poses as the graph has them, and the merges none of whose closures it can agree with.

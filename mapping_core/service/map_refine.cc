@@ -2,10 +2,12 @@
 #include <algorithm>
 
 #include "mapping_core/service/map_builder.h"
+#include "protocol/telemetry/stage_clock.h"
 
 namespace comap {
 
 Result<void> MapBuilder::tie(const KeyframeId& id, size_t most, std::span<const PlacedSketch> members) {
+  const StageSpan span("tie");
   const auto sketch =
       std::find_if(members.begin(), members.end(), [&](const auto& one) { return one.sketch->id == id; });
   CovisibilityOptions options = options_.covisibility;

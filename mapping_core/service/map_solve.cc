@@ -2,6 +2,7 @@
 #include "mapping_core/graph/keyframe_graph.h"
 #include "mapping_core/graph/settled_graph.h"
 #include "mapping_core/service/map_builder.h"
+#include "protocol/telemetry/stage_clock.h"
 
 namespace comap {
 Result<GraphSolver*> MapBuilder::graphOf(const KeyframeId& anchor) {
@@ -21,6 +22,7 @@ Result<void> MapBuilder::addToGraph(const Edge& edge) {
 }
 
 Result<MapBuilder::SolvedMap> MapBuilder::solve(const KeyframeId& anchor) {
+  const StageSpan span("optimise");
   auto graph = graphOf(anchor);
   if (!graph) return graph.error();
   auto update = (*graph)->solve();

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "mapping_core/surfels/surfel_pool.h"
+#include "protocol/telemetry/stage_clock.h"
 
 namespace comap {
 namespace {
@@ -28,6 +29,8 @@ double displacement(const Pose& T_new, const Pose& T_old) {
   return std::max((change * T_old.translation() - T_old.translation()).norm(), (change * seen - seen).norm());
 }
 
+size_t MapSurfels::bytes() const { return pool_ ? pool_->bytes() : 0; }
+
 Result<void> MapSurfels::begin(const KeyframeId& anchor) {
   if (!pool_) {
     auto pool = SurfelPool::create(device_, size_t{fusion_.memory_mb} << 20);
@@ -40,6 +43,7 @@ Result<void> MapSurfels::begin(const KeyframeId& anchor) {
 }
 
 Result<void> MapSurfels::fuse(const Keyframe& keyframe, const KeyframeId& anchor, const Pose& T_map_cam) {
+  const StageSpan span("fuse");
   Known& known = keyframes_.at(keyframe.id);
   const uint32_t contributor = 1u << (known.robot % 32);
   const auto report = maps_.at(anchor).fuse(keyframe.camera, keyframe.colour, keyframe.depth, T_map_cam, known.index,

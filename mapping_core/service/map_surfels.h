@@ -48,6 +48,12 @@ class MapSurfels {
   Result<void> rebuild(const MapPoses& T_map_cam, const std::function<void(size_t, size_t)>& progress);
 
   SurfelMap& at(const KeyframeId& anchor) { return maps_.at(anchor); }
+  /// Surfels of a map; 0 if there is none of this name.
+  size_t sizeOf(const KeyframeId& anchor) const {
+    const auto map = maps_.find(anchor);
+    return map == maps_.end() ? 0 : map->second.size();
+  }
+  size_t bytes() const;  ///< that all take on the device
 
  private:
   struct Known {

@@ -9,6 +9,7 @@
 #include "mapping_core/tiles/tile_builder.h"
 #include "mapping_core/tiles/tile_places.h"
 #include "protocol/codec/codec.h"
+#include "protocol/telemetry/stage_clock.h"
 
 namespace comap {
 namespace {
@@ -139,6 +140,7 @@ void MappingService::noteAlive(const std::string& robot, uint64_t session) {
 }
 
 Result<void> MappingService::handleKeyframe(const Delivery& delivery) {
+  const StageSpan span("receive");
   const auto head = decodeKeyframeId(delivery.payload);
   if (!head) {
     refuse(delivery, head.error().text);
@@ -162,12 +164,14 @@ Result<void> MappingService::handleKeyframe(const Delivery& delivery) {
   for (const KeyframeId& skipped : arrival->skipped) record->acks.record(skipped.sequence);
   record->acks.record(arrival->id.sequence);
   statistics_.uplink_bytes[arrival->id.robot] += delivery.payload.size();
+  if (arrival->is_new) load_.arrived(std::chrono::steady_clock::now());
   if (arrival->is_new) robot_index_.try_emplace(arrival->id.robot, static_cast<uint32_t>(robot_index_.size()));
   send(Topic::kAck, arrival->id.robot, encodeAcknowledgement(acknowledgementOf(*record)));
   return {};
 }
 
 Result<void> MappingService::mapNext() {
+  const StageSpan span("keyframe");
   const auto start = std::chrono::steady_clock::now();
   const KeyframeId id = ingest_.takeNext();
   auto encoded = store_.encodedKeyframe(id);
@@ -181,7 +185,12 @@ Result<void> MappingService::mapNext() {
   const bool present = registry_.served(id.robot, id.session) != nullptr;
   if (auto& latest = latest_[id.robot]; present || id.session >= latest.id.session) latest = {id, keyframe->T_odom_cam};
 
-  for (const MatchVerdict& verdict : change->verdicts) send(Topic::kVerdict, "", encodeMatchVerdict(verdict));
+  for (const MatchVerdict& verdict : change->verdicts) {
+    ++statistics_.verdicts[verdict.reason];
+    send(Topic::kVerdict, "", encodeMatchVerdict(verdict));
+  }
+  statistics_.merges += change->merges.size();
+  statistics_.merges_undone += change->undone.size();
   announceMerges(*change);
   const KeyframeId anchor = builder_.components().anchorOf(id);
   std::erase_if(unpublished_,
@@ -198,9 +207,14 @@ Result<void> MappingService::mapNext() {
   }
   publishStatus();
   last_mapped_ = std::chrono::steady_clock::now();
-  statistics_.keyframe_ms.push_back(
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+  statistics_.keyframe_ms.add(std::chrono::duration<double, std::milli>(last_mapped_ - start).count());
+  load_.mapped(last_mapped_, last_mapped_ - start);
+  adviseOnLoad();
   return {};
+}
+
+void MappingService::adviseOnLoad() {
+  if (const auto advice = load_.advise(std::chrono::steady_clock::now(), ingest_.waiting())) log_(*advice);
 }
 
 void MappingService::announceMerges(const MapChange& change) {
@@ -276,6 +290,7 @@ Result<void> MappingService::sendTiles(const Interest& interest, const MapId& ma
 }
 
 Result<void> MappingService::refreshTilesOf(const KeyframeId& anchor) {
+  const StageSpan span("tiles");
   auto surfels = builder_.surfels(anchor).download();
   if (!surfels) return surfels.error();
   TileOptions options;
@@ -326,6 +341,28 @@ void MappingService::send(Topic topic, const std::string& robot, const Result<st
   }
   if (auto published = link_.publish(topic, robot, *encoded); !published)
     log_("message to '" + robot + "' not sent: " + published.error().text);
+}
+
+ServiceState MappingService::state() const {
+  const auto now = std::chrono::steady_clock::now();
+  ServiceState state;
+  for (const auto& [robot, index] : robot_index_) state.robots[robot];
+  for (const auto& [robot, record] : registry_.robots()) {
+    ServiceState::Robot& one = state.robots[robot];
+    one.refused = !record.refusal.empty();
+    one.finished = record.finished;
+    if (record.heard != std::chrono::steady_clock::time_point())
+      one.silent_s = std::chrono::duration<double>(now - record.heard).count();
+  }
+  for (const KeyframeId& anchor : builder_.components().anchors())
+    state.surfels[mapIdOf(anchor)] = builder_.surfelCount(anchor);
+  state.surfel_bytes = builder_.surfelBytes();
+  state.keyframes = keyframes_;
+  state.waiting = static_cast<uint32_t>(ingest_.waiting());
+  state.unfused = static_cast<uint32_t>(builder_.unfused());
+  state.on_probation = static_cast<uint32_t>(builder_.onProbation().size());
+  state.load = load_.figure(now);
+  return state;
 }
 
 void MappingService::publishStatus() {

@@ -11,10 +11,12 @@
 #include "mapping_core/ferns/fern_book.h"
 #include "mapping_core/ingest/keyframe_ingest.h"
 #include "mapping_core/ingest/robot_registry.h"
+#include "mapping_core/service/core_load.h"
 #include "mapping_core/service/map_builder.h"
 #include "mapping_core/tiles/tile_downlink.h"
 #include "mapping_core/tiles/tile_index.h"
 #include "protocol/link/link.h"
+#include "protocol/telemetry/time_histogram.h"
 
 namespace comap {
 
@@ -28,10 +30,25 @@ struct ServiceOptions {
 };
 
 struct ServiceStatistics {
-  std::vector<double> keyframe_ms;               ///< from taking a keyframe up to its acknowledgement as mapped
+  TimeHistogram keyframe_ms;                     ///< from taking a keyframe up to its acknowledgement as mapped
   std::map<std::string, uint64_t> uplink_bytes;  ///< keyframes as they arrived, by robot
   std::map<std::string, uint64_t> tile_bytes;    ///< sent, by robot
   uint64_t refused_messages = 0;                 ///< damaged or unexpected
+  std::map<std::string, uint64_t> verdicts;      ///< matches that were judged, by reason
+  uint64_t merges = 0, merges_undone = 0;
+};
+
+/// The service at one moment.
+struct ServiceState {
+  struct Robot {
+    std::optional<double> silent_s;  ///< since it was last heard of; never by this core if empty
+    bool refused = false, finished = false;
+  };
+  std::map<std::string, Robot> robots;
+  std::map<MapId, uint64_t> surfels;  ///< by map
+  uint64_t surfel_bytes = 0;          ///< of device memory
+  uint32_t keyframes = 0, waiting = 0, unfused = 0, on_probation = 0;
+  CoreLoad::Figure load;
 };
 
 /// Thread rule: one thread.
@@ -58,6 +75,7 @@ class MappingService {
   Result<void> finish(const std::function<void(size_t, size_t)>& progress);
 
   const ServiceStatistics& statistics() const { return statistics_; }
+  ServiceState state() const;
 
  private:
   Result<void> handle(const Delivery& delivery);
@@ -72,6 +90,7 @@ class MappingService {
   void refuse(const Delivery& delivery, const std::string& why);
   void send(Topic topic, const std::string& robot, const Result<std::vector<uint8_t>>& encoded);
   void publishStatus();
+  void adviseOnLoad();
 
   struct Latest {
     KeyframeId id;
@@ -91,6 +110,7 @@ class MappingService {
   std::map<std::string, TileDownlink> downlinks_;
   std::map<KeyframeId, uint32_t> unpublished_;  // anchor -> keyframes since its tiles were renewed
   ServiceStatistics statistics_;
+  CoreLoad load_;
   uint32_t keyframes_ = 0;
   uint64_t first_revision_ = 0;  // of corrections: above those of earlier cores on this store
   std::chrono::steady_clock::time_point last_mapped_;

@@ -39,6 +39,7 @@ struct Fence {
 const std::vector<Fence> kFences{
     {"Protobuf", {"google/protobuf", "comap/v1/"}, {"protocol/codec/", "protocol/link/", "protocol/ros2/"}},
     {"DDS", {"fastdds/", "fastrtps/", "fastcdr/"}, {"protocol/link/", "protocol/codec/", "protocol/ros2/"}},
+    {"Prometheus", {"prometheus/", "systemd/"}, {"protocol/telemetry/"}},
     {"OpenSSL", {"openssl/"}, {"protocol/keys/"}},
     {"Vulkan", {"vulkan/", "volk.h"}, {"mapping_core/gpu/", "mapping_core/surfels/"}},
 };

@@ -1,4 +1,4 @@
-#include "edge_agent/time_histogram.h"
+#include "protocol/telemetry/time_histogram.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "edge_agent/time_histogram.h"
+#include "protocol/telemetry/time_histogram.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +15,7 @@ void TimeHistogram::add(double milliseconds) {
   ++bins_[static_cast<size_t>(std::min<double>(steps, kBins - 1))];
   ++count_;
   worst_ms_ = std::max(worst_ms_, milliseconds);
+  sum_ms_ += milliseconds;
 }
 
 double TimeHistogram::quantile_ms(double q) const {

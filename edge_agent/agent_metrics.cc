@@ -1,0 +1,77 @@
+#include "edge_agent/agent_metrics.h"
+
+#include <spdlog/fmt/fmt.h>
+
+namespace comap {
+namespace {
+
+const char* nameOf(TrackingState state) {
+  switch (state) {
+    case TrackingState::kOk:
+      return "ok";
+    case TrackingState::kPoor:
+      return "poor";
+    default:
+      return "lost";
+  }
+}
+
+void addCounts(const Agent& agent, const MetricsPage::Labels& robot, MetricsPage& page) {
+  const AgentStatistics& s = agent.statistics();
+  const auto count = [&](const char* name, const char* help, uint64_t value) {
+    page.counter(name, help, static_cast<double>(value), robot);
+  };
+  count("comap_agent_frames_total", "Frames taken.", s.frames);
+  count("comap_agent_poor_frames_total", "Frames whose motion is not known in all directions.", s.poor_frames);
+  count("comap_agent_lost_frames_total", "Frames whose motion is not known.", s.lost_frames);
+  count("comap_agent_damaged_frames_total", "Frames that could not be read.", s.damaged_frames);
+  count("comap_agent_keyframes_total", "Keyframes made.", s.keyframes);
+  count("comap_agent_keyframes_thinned_total", "Keyframes sent with coarser colour for want of room.",
+        agent.losses().thinned);
+  count("comap_agent_keyframes_dropped_total", "Keyframes dropped for want of room.", agent.losses().dropped);
+  count("comap_agent_relocalised_total", "Times a lost robot found back to a known place.", s.relocalised);
+  count("comap_agent_recognised_total", "Times a lost robot found itself in the returned map.",
+        agent.localizer().statistics().recognised);
+  count("comap_agent_uplink_bytes_total", "Keyframes sent, repeats included.", agent.uplinkBytes());
+  count("comap_agent_tile_bytes_total", "Tiles received.", s.tile_bytes_received);
+}
+
+void addLevels(const Agent& agent, const MetricsPage::Labels& robot, MetricsPage& page) {
+  const auto level = [&](const char* name, const char* help, double value) { page.gauge(name, help, value, robot); };
+  level("comap_agent_outbox_keyframes", "Keyframes that the core has not acknowledged.", agent.unacknowledged());
+  level("comap_agent_outbox_bytes", "Their size.", static_cast<double>(agent.waitingBytes()));
+  level("comap_agent_outbox_memory_keyframes", "Those of them that only memory holds, as the disk failed.",
+        agent.onlyInMemory());
+  level("comap_agent_outbox_stalled_seconds", "How long keyframes have waited without any being acknowledged.",
+        agent.stalled().count());
+  level("comap_agent_core_present", "1 if a mapping core is in sight.", agent.hasPeer() ? 1 : 0);
+  level("comap_agent_tiles", "Tiles held.", static_cast<double>(agent.tiles().tiles().size()));
+  level("comap_agent_tile_memory_bytes", "Memory that they take.", static_cast<double>(agent.tiles().bytes()));
+  for (const TrackingState state : {TrackingState::kOk, TrackingState::kPoor, TrackingState::kLost}) {
+    MetricsPage::Labels labels = robot;
+    labels["state"] = nameOf(state);
+    page.gauge("comap_agent_tracking", "1 for the state that tracking is in.", agent.tracking() == state ? 1 : 0,
+               labels);
+  }
+}
+
+}  // namespace
+
+Telemetry::Report reportOf(const Agent& agent, const std::string& robot) {
+  const AgentStatistics& s = agent.statistics();
+  const MetricsPage::Labels labels{{"robot", robot}};
+  Telemetry::Report report;
+  MetricsPage& page = report.metrics;
+  page.gauge("comap_agent_info", "Version; always 1.", 1, {{"robot", robot}, {"version", COMAP_VERSION}});
+  addCounts(agent, labels, page);
+  addLevels(agent, labels, page);
+  page.summary("comap_agent_odometry_seconds", "Tracking a frame and making its keyframe.", s.odometry_ms, labels);
+  page.summary("comap_agent_registration_seconds", "Registering a frame against tiles.", s.localizer_ms, labels);
+  report.readiness.ready = s.frames > 0 && agent.tracking() != TrackingState::kLost;
+  report.readiness.state =
+      fmt::format("robot {}: tracking {}, {} frames, {} keyframes, {} wait, core {}", robot, nameOf(agent.tracking()),
+                  s.frames, s.keyframes, agent.unacknowledged(), agent.hasPeer() ? "in sight" : "not in sight");
+  return report;
+}
+
+}  // namespace comap

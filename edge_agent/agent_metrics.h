@@ -1,0 +1,16 @@
+// The agent in the terms of its operators: numbers for Prometheus, one line for people.
+#pragma once
+
+#include <string>
+
+#include "edge_agent/agent.h"
+#include "protocol/telemetry/telemetry.h"
+
+namespace comap {
+
+constexpr char kAgentMetrics[] = "comap_agent";  ///< what the names of all its metrics begin with
+
+/// Ready: frames come and their motion is known. Whether a core is there does not matter: the outbox waits for it.
+Telemetry::Report reportOf(const Agent& agent, const std::string& robot);
+
+}  // namespace comap

@@ -1,0 +1,101 @@
+#include "protocol/telemetry/status_server.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <thread>
+#include <vector>
+
+#include "tests/protocol/telemetry/http_get.h"
+
+namespace comap {
+namespace {
+
+using std::chrono::milliseconds;
+
+std::unique_ptr<StatusServer> serve(milliseconds patience = StatusServer::kPatience) {
+  auto server = StatusServer::start("127.0.0.1", 0, patience);
+  EXPECT_TRUE(server) << server.error().text;
+  return server ? std::move(*server) : nullptr;
+}
+
+TEST(StatusServer, BeforeTheFirstReportItIsHealthyAndNotReady) {
+  const auto server = serve(milliseconds(1));
+  std::this_thread::sleep_for(milliseconds(20));
+  EXPECT_EQ(httpGet(server->port(), "/healthz").status, 200);
+  const HttpAnswer ready = httpGet(server->port(), "/readyz");
+  EXPECT_EQ(ready.status, 503);
+  EXPECT_EQ(nlohmann::json::parse(ready.body), (nlohmann::json{{"ready", false}, {"state", "starting"}}));
+}
+
+TEST(StatusServer, TellsWhatWasPublishedLast) {
+  const auto server = serve();
+  server->publish("old 1\n", {false, "warming up"});
+  EXPECT_EQ(httpGet(server->port(), "/readyz").status, 503);
+  server->publish("comap_maps 2\n", {true, "2 robots"});
+  const HttpAnswer metrics = httpGet(server->port(), "/metrics");
+  EXPECT_EQ(metrics.status, 200);
+  EXPECT_EQ(metrics.body, "comap_maps 2\n");
+  EXPECT_NE(metrics.head.find("text/plain; version=0.0.4"), std::string::npos) << metrics.head;
+  const HttpAnswer ready = httpGet(server->port(), "/readyz");
+  EXPECT_EQ(ready.status, 200);
+  EXPECT_EQ(nlohmann::json::parse(ready.body), (nlohmann::json{{"ready", true}, {"state", "2 robots"}}));
+}
+
+TEST(StatusServer, WhoSaysNothingForLongIsStuck) {
+  const auto server = serve(milliseconds(50));
+  server->publish("", {true, "at work"});
+  std::this_thread::sleep_for(milliseconds(120));
+  EXPECT_EQ(httpGet(server->port(), "/healthz").status, 503);
+  EXPECT_EQ(httpGet(server->port(), "/readyz").status, 503);
+  server->publish("", {true, "at work"});
+  EXPECT_EQ(httpGet(server->port(), "/healthz").status, 200);
+}
+
+TEST(StatusServer, NothingElseIsServed) {
+  const auto server = serve();
+  server->publish("x 1\n", {true, ""});
+  for (const char* path : {"/", "/metrics/..", "/../../etc/passwd", "/etc/passwd", "/metricsx"})
+    EXPECT_EQ(httpGet(server->port(), path).status, 404) << path;
+  EXPECT_EQ(httpSend(server->port(), "POST /metrics HTTP/1.1\r\nHost: x\r\nContent-Length: 0\r\n\r\n").status, 405);
+  EXPECT_EQ(httpSend(server->port(), "HEAD /metrics HTTP/1.1\r\nHost: x\r\n\r\n").body, "");
+}
+
+TEST(StatusServer, DamagedRequestsDoNotEndIt) {
+  const auto server = serve();
+  server->publish("x 1\n", {true, ""});
+  httpSend(server->port(), "\r\n\r\n");
+  httpSend(server->port(), std::string(100000, 'A') + "\r\n\r\n");
+  httpSend(server->port(), std::string("GET /metrics\0 HTTP/9.9\r\n\r\n", 26));
+  EXPECT_EQ(httpGet(server->port(), "/metrics").status, 200);
+}
+
+TEST(StatusServer, ManyReadersAtOnceWhileReportsCome) {
+  const auto server = serve();
+  server->publish("x 0\n", {true, ""});
+  std::vector<std::thread> readers;
+  std::vector<int> good(8);
+  for (int& count : good)
+    readers.emplace_back([&] {
+      for (int i = 0; i < 20; ++i) count += httpGet(server->port(), "/metrics").body.starts_with("x ");
+    });
+  for (int i = 0; i < 1000; ++i) server->publish("x " + std::to_string(i) + "\n", {true, ""});
+  for (std::thread& reader : readers) reader.join();
+  for (const int count : good) EXPECT_EQ(count, 20);
+}
+
+TEST(StatusServer, APortInUseIsSaid) {
+  const auto first = serve();
+  const auto second = StatusServer::start("127.0.0.1", first->port());
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().code, ErrorCode::kUnreachable);
+  EXPECT_NE(second.error().text.find(std::to_string(first->port())), std::string::npos) << second.error().text;
+}
+
+TEST(StatusServer, AnAddressThatIsNotHereIsSaid) {
+  EXPECT_FALSE(StatusServer::start("203.0.113.7", 0));
+  EXPECT_FALSE(StatusServer::start("no address", 0));
+}
+
+}  // namespace
+}  // namespace comap
