@@ -2,7 +2,8 @@
 function(comap_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
   add_library(comap_${name} STATIC ${ARG_SOURCES})
-  target_include_directories(comap_${name} PUBLIC ${PROJECT_SOURCE_DIR})
+  target_include_directories(comap_${name} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include/comap>)
   target_link_libraries(comap_${name} ${ARG_LINK})
   comap_warnings(comap_${name})
 endfunction()

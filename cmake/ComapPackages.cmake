@@ -1,0 +1,97 @@
+# What is installed, and as which Debian packages: comap-core, comap-edge, comap-tools, libcomap-dev.
+include(GNUInstallDirs)
+
+install(TARGETS mapping_core RUNTIME COMPONENT core)
+install(TARGETS edge_agent RUNTIME COMPONENT edge)
+install(TARGETS fleet RUNTIME COMPONENT tools)
+
+# The default configurations, with what a service needs set differently. The programs themselves write them.
+if(NOT CMAKE_CROSSCOMPILING)
+  set(etc ${PROJECT_BINARY_DIR}/etc)
+  set(services ${PROJECT_SOURCE_DIR}/containers/services)
+  add_custom_command(
+    OUTPUT ${etc}/core.yaml
+    COMMAND mapping_core --config ${services}/core.yaml --print-config > ${etc}/core.yaml
+    DEPENDS mapping_core ${services}/core.yaml VERBATIM)
+  add_custom_command(
+    OUTPUT ${etc}/robot.yaml
+    COMMAND edge_agent --config ${services}/robot.yaml --print-config > ${etc}/robot.yaml
+    DEPENDS edge_agent ${services}/robot.yaml VERBATIM)
+  file(MAKE_DIRECTORY ${etc})
+  add_custom_target(service_configs ALL DEPENDS ${etc}/core.yaml ${etc}/robot.yaml)
+  install(FILES ${etc}/core.yaml DESTINATION /etc/comap COMPONENT core)
+  install(FILES ${etc}/robot.yaml DESTINATION /etc/comap COMPONENT edge)
+endif()
+install(FILES containers/systemd/comap-core.service DESTINATION lib/systemd/system COMPONENT core)
+install(FILES containers/systemd/comap-edge.service DESTINATION lib/systemd/system COMPONENT edge)
+foreach(package core edge tools dev)
+  set(name comap-${package})
+  if(package STREQUAL dev)
+    set(name libcomap-dev)
+  endif()
+  install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name} RENAME copyright COMPONENT ${package})
+endforeach()
+install(FILES README.md CHANGELOG.md docs/operations.md docs/evaluation.md docs/architecture.md
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/comap-tools COMPONENT tools)
+
+# For programs that speak with robots and core themselves: types, messages and their encoding, link.
+set(exported types proto codec keys link session)
+list(TRANSFORM exported PREPEND comap_ OUTPUT_VARIABLE exported_targets)
+install(TARGETS ${exported_targets} EXPORT comap ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
+install(EXPORT comap NAMESPACE comap:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/comap COMPONENT dev)
+foreach(room types codec keys link session)
+  install(DIRECTORY protocol/${room} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/comap/protocol COMPONENT dev
+    FILES_MATCHING PATTERN *.h)
+endforeach()
+install(DIRECTORY protocol/proto/comap DESTINATION ${CMAKE_INSTALL_DATADIR}/comap/proto COMPONENT dev
+  FILES_MATCHING PATTERN *.proto)
+install(FILES docs/wire.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libcomap-dev COMPONENT dev)
+include(CMakePackageConfigHelpers)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/comap-config-version.cmake COMPATIBILITY SameMinorVersion)
+install(FILES cmake/comap-config.cmake ${PROJECT_BINARY_DIR}/comap-config-version.cmake
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/comap COMPONENT dev)
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME comap)
+set(CPACK_PACKAGE_VENDOR CoMap)
+set(CPACK_PACKAGE_CONTACT "CoMap developers <comap@localhost>")
+set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_COMPONENTS_ALL core edge tools dev)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+
+set(debian ${PROJECT_SOURCE_DIR}/containers/debian)
+set(CPACK_DEBIAN_CORE_PACKAGE_NAME comap-core)
+set(CPACK_COMPONENT_CORE_DESCRIPTION "Mapping core of CoMap
+ Takes the keyframes of all robots of a site and makes one dense map of them,
+ on any Vulkan device or on the processor alone.")
+set(CPACK_DEBIAN_CORE_PACKAGE_DEPENDS "adduser, mesa-vulkan-drivers | vulkan-icd")
+set(CPACK_DEBIAN_CORE_PACKAGE_CONTROL_EXTRA
+  "${debian}/core/postinst;${debian}/core/prerm;${debian}/core/postrm;${debian}/core/conffiles")
+set(CPACK_DEBIAN_EDGE_PACKAGE_NAME comap-edge)
+set(CPACK_COMPONENT_EDGE_DESCRIPTION "Robot's agent of CoMap
+ Tracks the motion of an RGB-D camera, ships keyframes to the mapping core and
+ takes the joint map back.")
+set(CPACK_DEBIAN_EDGE_PACKAGE_DEPENDS "adduser")
+set(CPACK_DEBIAN_EDGE_PACKAGE_CONTROL_EXTRA
+  "${debian}/edge/postinst;${debian}/edge/prerm;${debian}/edge/postrm;${debian}/edge/conffiles")
+set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME comap-tools)
+set(CPACK_COMPONENT_TOOLS_DESCRIPTION "Fleet tools of CoMap
+ Inspect, judge, repair and export maps; replay data sets as several robots.")
+set(CPACK_DEBIAN_TOOLS_PACKAGE_DEPENDS "mesa-vulkan-drivers | vulkan-icd")
+set(CPACK_DEBIAN_TOOLS_PACKAGE_RECOMMENDS "comap-core, comap-edge")
+set(CPACK_DEBIAN_DEV_PACKAGE_NAME libcomap-dev)
+set(CPACK_COMPONENT_DEV_DESCRIPTION "Protocol library of CoMap
+ Types, messages and link, for programs that speak with robots and core.")
+set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
+  "libeigen3-dev, libprotobuf-dev, libfastrtps-dev, libfastcdr-dev, libssl-dev, libturbojpeg0-dev, libzstd-dev")
+set(CPACK_COMPONENT_CORE_REQUIRED ON)
+include(CPack)

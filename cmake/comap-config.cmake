@@ -1,0 +1,11 @@
+# find_package(comap): the targets comap::comap_codec (messages and bytes) and comap::comap_link (DDS, loopback).
+include(CMakeFindDependencyMacro)
+find_dependency(Eigen3)
+find_dependency(Protobuf)
+find_dependency(fastcdr)
+find_dependency(fastrtps)
+find_dependency(OpenSSL)
+find_dependency(ZLIB)
+find_dependency(zstd)
+find_dependency(libjpeg-turbo)
+include(${CMAKE_CURRENT_LIST_DIR}/comap.cmake)
