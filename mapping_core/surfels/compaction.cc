@@ -20,6 +20,10 @@ Result<uint32_t> compactStreams(gpu::Context& context, const SurfelKernels& kern
                {&from.shapes, &to.shapes, 2},
                {&from.looks, &to.looks, 2},
                {&from.records, &to.records, 1}};
+  if (from.timed()) {
+    recorder->dispatch(*kernels.compact, {&from.places, &scratch.blocks, &from.times, &to.times}, CompactPush{count, 2},
+                       blocks);
+  }
   for (const auto& entry : table) {
     recorder->dispatch(*kernels.compact, {&from.places, &scratch.blocks, entry.from, entry.to},
                        CompactPush{count, entry.pairs}, blocks);

@@ -31,6 +31,29 @@ Result<void> FusionScratch::reserve(gpu::Context& context, std::span<const Chunk
   return {};
 }
 
+namespace {
+
+// What a timed map does besides: the camera's time for what it updated, and an end to what nobody confirms.
+void recordStamps(gpu::Recorder& recorder, const KeyframeMaps& maps, const FusionScratch& scratch,
+                  const FusionParameters& parameters, const FusionStep& step) {
+  const SeenFilter& now = step.times->filter;
+  uint32_t base = 0, chunk = 0;
+  for (const ChunkRows& rows : step.seen) {
+    const SurfelStreams& streams = *rows.streams;
+    const gpu::Buffer& visible = scratch.visible[chunk].list;
+    recorder.dispatchIndirect(*step.times->kernels->stamp_fused, {&visible, &maps.winners, &streams.times},
+                              StampFusedPush{base, now.camera, now.tick}, visible);
+    recorder.dispatch(
+        *step.times->kernels->expire, {&streams.places, &streams.times, &scratch.counters},
+        ExpirePush{rows.count, chunk, now.tick, parameters.unstable_timeout, parameters.stable_confidence},
+        gpu::groupsFor(rows.count, kBlockItems));
+    base += rows.count;
+    ++chunk;
+  }
+}
+
+}  // namespace
+
 Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& kernels, KeyframeMaps& maps,
                                   FusionScratch& scratch, const FusionParameters& parameters, const FusionStep& step) {
   const FramePush& frame = step.frame;
@@ -46,7 +69,8 @@ Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& ke
   }
   if (auto done = scratch.reserve(context, step.seen, candidates); !done) return done.error();
   const auto chunks = static_cast<uint32_t>(step.seen.size());
-  auto recorder = gpu::Recorder::begin(context, static_cast<uint32_t>(8 + 4 * step.seen.size() + step.targets.size()));
+  auto recorder =
+      gpu::Recorder::begin(context, static_cast<uint32_t>(8 + 6 * step.seen.size() + 2 * step.targets.size()));
   if (!recorder) return recorder.error();
 
   maps.recordMeasure(*recorder, kernels, frame);
@@ -61,7 +85,8 @@ Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& ke
     }
   };
   forEachChunk([&](const SurfelStreams& streams, const VisibleList& visible, uint32_t, uint32_t chunk) {
-    visible.record(*recorder, kernels, streams, {{frame}, step.seen[chunk].count, 0, parameters.depth_max_m + 1, 1});
+    visible.record(*recorder, kernels, streams, {{frame}, step.seen[chunk].count, 0, parameters.depth_max_m + 1, 1},
+                   step.times);
   });
   forEachChunk([&](const SurfelStreams& streams, const VisibleList& visible, uint32_t base, uint32_t) {
     recorder->dispatchIndirect(
@@ -83,6 +108,7 @@ Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& ke
          &scratch.counters},
         CleanUpPush{{frame}, parameters.stable_confidence, parameters.unstable_timeout, base, chunk}, visible.list);
   });
+  if (step.times) recordStamps(*recorder, maps, scratch, parameters, step);
   recorder->dispatch(*kernels.count_new, {&maps.measurements, &maps.covered, &scratch.blocks},
                      CountNewPush{{frame}, candidates}, blocks);
   recorder->dispatch(*kernels.scan_blocks, {&scratch.blocks, &scratch.counters}, ScanBlocksPush{blocks, 2 * chunks}, 1);
@@ -94,6 +120,11 @@ Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& ke
                        {&maps.measurements, &maps.covered, &scratch.blocks, &maps.colours, &target.streams->places,
                         &target.streams->shapes, &target.streams->looks, &target.streams->records},
                        InsertPush{{frame}, candidates, start, capacity, step.owner, step.contributor}, blocks);
+    if (step.times) {
+      const SeenFilter& now = step.times->filter;
+      recorder->dispatch(*step.times->kernels->stamp_new, {&scratch.counters, &target.streams->times},
+                         StampNewPush{candidates, 2 * chunks, start, capacity, now.camera, now.tick}, blocks);
+    }
     start -= capacity;
   }
   if (auto done = recorder->submit(); !done) return done.error();

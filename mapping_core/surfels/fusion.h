@@ -38,6 +38,7 @@ struct FusionStep {
   std::span<const ChunkRows> targets;  ///< where new surfels go, in order; together with room for mostInsertions()
   uint32_t owner = 0;
   uint32_t contributor = 0;
+  const SeenStep* times = nullptr;  ///< of a timed map: whose surfels take part, and who sees them now
 };
 
 /// Most surfels one keyframe can add.

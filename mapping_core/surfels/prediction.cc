@@ -96,7 +96,8 @@ Result<void> PredictionBuffers::reserveBlend(gpu::Context& context, size_t count
 
 Result<PredictedView> predictView(gpu::Context& context, const SurfelKernels& kernels, std::span<const ChunkRows> seen,
                                   PredictionBuffers& buffers, const FramePush& frame, const CameraModel& camera,
-                                  const PredictionOptions& options) {
+                                  const PredictionOptions& options, const SeenStep* times) {
+  const gpu::Kernel& resolve = times ? *times->kernels->resolve_owner : *kernels.resolve;
   const size_t pixels = size_t{frame.width} * frame.height;
   if (auto done = buffers.reserve(context, pixels); !done) return done.error();
   if (buffers.visible.size() < seen.size()) buffers.visible.resize(seen.size());
@@ -117,7 +118,7 @@ Result<PredictedView> predictView(gpu::Context& context, const SurfelKernels& ke
     const SurfelStreams& streams = *seen[i].streams;
     const VisibleList& visible = buffers.visible[i];
     visible.record(*recorder, kernels, streams,
-                   {{frame}, seen[i].count, min_confidence, options.max_depth_m, kFootprintMargin_px});
+                   {{frame}, seen[i].count, min_confidence, options.max_depth_m, kFootprintMargin_px}, times);
     recorder->dispatchIndirect(*kernels.splat_depth, {&streams.places, &streams.shapes, &buffers.depths, &visible.list},
                                splat, visible.list);
   }
@@ -151,7 +152,7 @@ Result<PredictedView> predictView(gpu::Context& context, const SurfelKernels& ke
     for (size_t i = first; i < end; ++i) {
       const SurfelStreams& streams = *seen[i].streams;
       recorder->dispatch(
-          *kernels.resolve,
+          resolve,
           {&streams.places, &streams.shapes, &streams.looks, &buffers.keys, &buffers.surface, &buffers.appearance},
           pushes[i - first], gpu::groupsFor(pixels, kBlockItems));
     }

@@ -62,6 +62,23 @@ struct ListVisiblePush : FramePush {
   float min_confidence, max_depth, margin;
 };
 
+struct ListSeenPush : ListVisiblePush {
+  uint32_t camera, tick, window, inactive;
+};
+
+struct StampFusedPush {
+  uint32_t base, camera, tick;
+};
+
+struct StampNewPush {
+  uint32_t candidates, slot, start, capacity, camera, tick;
+};
+
+struct ExpirePush {
+  uint32_t count, chunk, tick, timeout;
+  float stable_confidence;
+};
+
 /// Of both splats and resolve.
 struct SplatPush : FramePush {
   float min_confidence, max_depth;

@@ -15,7 +15,7 @@
 namespace comap {
 namespace {
 
-constexpr size_t kSurfelBytes = 56;
+constexpr size_t kSurfelBytes = 56, kTimesBytes = sizeof(SeenTimes);
 
 Error fileError(const char* what) {
   return {ErrorCode::kUnreachable, std::string("surfels could not ") + what +
@@ -25,9 +25,9 @@ Error fileError(const char* what) {
 template <class Rows>
 bool transferRows(Rows& rows, std::FILE* file, const auto& transfer) {
   const auto one = [&](auto& values) {
-    return transfer(values.data(), sizeof(values[0]), values.size(), file) == values.size();
+    return values.empty() || transfer(values.data(), sizeof(values[0]), values.size(), file) == values.size();
   };
-  return one(rows.places) && one(rows.shapes) && one(rows.looks) && one(rows.records);
+  return one(rows.places) && one(rows.shapes) && one(rows.looks) && one(rows.records) && one(rows.times);
 }
 
 // A file of the folder that TMPDIR names (std::tmpfile does not ask), without a name, so that it never outlives us.
@@ -47,13 +47,20 @@ SurfelChunk::~SurfelChunk() {
   pool.giveBack(std::move(streams));
 }
 
-Result<std::shared_ptr<SurfelPool>> SurfelPool::create(gpu::Device& device, size_t memory_bytes) {
+Result<std::shared_ptr<SurfelPool>> SurfelPool::create(gpu::Device& device, size_t memory_bytes, bool timed) {
   std::shared_ptr<SurfelPool> pool(new SurfelPool(device.context(), memory_bytes));
   auto kernels = SurfelKernels::create(pool->context);
   if (!kernels) return kernels.error();
   pool->kernels = *kernels;
+  if (timed) {
+    auto more = TimedKernels::create(pool->context);
+    if (!more) return more.error();
+    pool->timed = *more;
+  }
   return pool;
 }
+
+size_t SurfelPool::surfelBytes() const { return timed ? kSurfelBytes + kTimesBytes : kSurfelBytes; }
 
 Result<SurfelStreams> SurfelPool::take(size_t capacity) {
   for (;;) {
@@ -63,10 +70,10 @@ Result<SurfelStreams> SurfelPool::take(size_t capacity) {
       return streams;
     }
     Error refusal{ErrorCode::kOutOfMemory, "surfels may take " + std::to_string(memory_bytes_ >> 20) + " MiB"};
-    if (memory_bytes_ == 0 || bytes_ + capacity * kSurfelBytes <= memory_bytes_) {
-      auto made = SurfelStreams::create(context, capacity);
+    if (memory_bytes_ == 0 || bytes_ + capacity * surfelBytes() <= memory_bytes_) {
+      auto made = SurfelStreams::create(context, capacity, timed.has_value());
       if (made) {
-        bytes_ += capacity * kSurfelBytes;
+        bytes_ += capacity * surfelBytes();
         return made;
       }
       if (made.error().code != ErrorCode::kOutOfMemory) return made.error();
@@ -90,7 +97,7 @@ void SurfelPool::giveBack(SurfelStreams streams) {
 }
 
 void SurfelPool::dropSpare() {
-  for (const auto& [capacity, streams] : spare_) bytes_ -= capacity * kSurfelBytes;
+  for (const auto& [capacity, streams] : spare_) bytes_ -= capacity * surfelBytes();
   spare_.clear();
 }
 
@@ -132,6 +139,7 @@ Result<StreamRows> SurfelPool::rowsOf(const SurfelChunk& chunk) {
   rows.shapes.resize(chunk.rows);
   rows.looks.resize(chunk.rows);
   rows.records.resize(chunk.rows);
+  if (timed) rows.times.resize(chunk.rows);
   std::rewind(chunk.away.get());
   if (!transferRows(rows, chunk.away.get(), std::fread)) return fileError("read");
   return rows;

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 
 #include "mapping_core/surfels/fusion.h"
@@ -43,7 +44,8 @@ struct SurfelChunk {
 class SurfelPool {
  public:
   /// `memory_bytes`: what chunks may take on the device, 0 = as much as it gives.
-  static Result<std::shared_ptr<SurfelPool>> create(gpu::Device& device, size_t memory_bytes);
+  /// `timed`: its surfels know when each camera last saw them (timed_surfel_map.h).
+  static Result<std::shared_ptr<SurfelPool>> create(gpu::Device& device, size_t memory_bytes, bool timed = false);
   SurfelPool(const SurfelPool&) = delete;
   SurfelPool& operator=(const SurfelPool&) = delete;
 
@@ -66,6 +68,7 @@ class SurfelPool {
 
   gpu::Context& context;
   SurfelKernels kernels;
+  std::optional<TimedKernels> timed;
   KeyframeMaps maps;
   FusionScratch scratch;
   PredictionBuffers prediction;
@@ -75,6 +78,7 @@ class SurfelPool {
   friend struct SurfelChunk;
   SurfelPool(gpu::Context& on, size_t memory_bytes) : context(on), memory_bytes_(memory_bytes) {}
   Result<SurfelStreams> take(size_t capacity);
+  size_t surfelBytes() const;
   void giveBack(SurfelStreams streams);
   void dropSpare();
   Result<bool> sendOneAway();

@@ -8,7 +8,7 @@
 
 namespace comap {
 
-Result<SurfelStreams> SurfelStreams::create(gpu::Context& context, size_t capacity) {
+Result<SurfelStreams> SurfelStreams::create(gpu::Context& context, size_t capacity, bool timed) {
   SurfelStreams streams;
   streams.capacity = capacity;
   const struct {
@@ -18,8 +18,10 @@ Result<SurfelStreams> SurfelStreams::create(gpu::Context& context, size_t capaci
   } table[] = {{&streams.places, 16, "surfel places"},
                {&streams.shapes, 16, "surfel shapes"},
                {&streams.looks, 16, "surfel looks"},
-               {&streams.records, 8, "surfel records"}};
+               {&streams.records, 8, "surfel records"},
+               {&streams.times, 16, "surfel times"}};
   for (const auto& entry : table) {
+    if (entry.buffer == &streams.times && !timed) continue;
     auto buffer = gpu::Buffer::create(context, capacity * entry.bytes, entry.name);
     if (!buffer) return buffer.error();
     *entry.buffer = std::move(*buffer);
@@ -34,6 +36,7 @@ Result<void> copyRows(gpu::Context& context, const SurfelStreams& from, size_t c
   recorder->copy(from.shapes, to.shapes, count * 16, first * 16);
   recorder->copy(from.looks, to.looks, count * 16, first * 16);
   recorder->copy(from.records, to.records, count * 8, first * 8);
+  if (from.timed()) recorder->copy(from.times, to.times, count * 16, first * 16);
   return recorder->submit();
 }
 
@@ -82,6 +85,10 @@ Result<StreamRows> readRows(const SurfelStreams& streams, size_t count) {
   if (auto done = streams.shapes.read(rows.shapes.data(), count * 16); !done) return done.error();
   if (auto done = streams.looks.read(rows.looks.data(), count * 16); !done) return done.error();
   if (auto done = streams.records.read(rows.records.data(), count * 8); !done) return done.error();
+  if (streams.timed()) {
+    rows.times.resize(count);
+    if (auto done = streams.times.read(rows.times.data(), count * 16); !done) return done.error();
+  }
   return rows;
 }
 
@@ -90,6 +97,9 @@ Result<void> writeRows(SurfelStreams& streams, const StreamRows& rows, size_t fi
   if (auto done = streams.places.write(rows.places.data(), count * 16, first * 16); !done) return done;
   if (auto done = streams.shapes.write(rows.shapes.data(), count * 16, first * 16); !done) return done;
   if (auto done = streams.looks.write(rows.looks.data(), count * 16, first * 16); !done) return done;
+  if (streams.timed()) {
+    if (auto done = streams.times.write(rows.times.data(), count * 16, first * 16); !done) return done;
+  }
   return streams.records.write(rows.records.data(), count * 8, first * 8);
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "mapping_core/gpu/buffer.h"
+#include "mapping_core/surfels/seen_times.h"
 #include "mapping_core/surfels/surfel_map.h"
 
 namespace comap {
@@ -18,15 +19,18 @@ struct SurfelStreams {
   gpu::Buffer shapes;   ///< 16 bytes
   gpu::Buffer looks;    ///< 16 bytes
   gpu::Buffer records;  ///< 8 bytes
+  gpu::Buffer times;    ///< 16 bytes, SeenTimes; only of timed maps
   size_t capacity = 0;
 
-  static Result<SurfelStreams> create(gpu::Context& context, size_t capacity);
+  static Result<SurfelStreams> create(gpu::Context& context, size_t capacity, bool timed = false);
+  bool timed() const { return times.bytes() > 0; }
 };
 
 struct StreamRows {
   std::vector<std::array<float, 4>> places, shapes;
   std::vector<std::array<uint32_t, 4>> looks;
   std::vector<std::array<uint32_t, 2>> records;
+  std::vector<SeenTimes> times;  ///< empty unless timed
 };
 
 /// A surfel from outside has no record: its precision is taken to be its confidence.

@@ -17,9 +17,18 @@ Result<void> VisibleList::reserve(gpu::Context& context, size_t count) {
 }
 
 void VisibleList::record(gpu::Recorder& recorder, const SurfelKernels& kernels, const SurfelStreams& streams,
-                         const ListVisiblePush& push) const {
+                         const ListVisiblePush& push, const SeenStep* seen) const {
   recorder.fill(list, 0, kHeaderBytes);
-  recorder.dispatch(*kernels.list_visible, {&streams.places, &list}, push, gpu::groupsFor(push.count, kBlockItems));
+  const uint32_t groups = gpu::groupsFor(push.count, kBlockItems);
+  if (seen == nullptr || seen->filter.which == SeenBy::kAny) {
+    recorder.dispatch(*kernels.list_visible, {&streams.places, &list}, push, groups);
+    return;
+  }
+  const SeenFilter& filter = seen->filter;
+  recorder.dispatch(
+      *seen->kernels->list_seen, {&streams.places, &list, &streams.times},
+      ListSeenPush{{push}, filter.camera, filter.tick, filter.window, filter.which == SeenBy::kInactive ? 1u : 0u},
+      groups);
 }
 
 }  // namespace comap

@@ -1,0 +1,63 @@
+// All numbers of the paper mode, in the paper's own (mostly ElasticFusion's) values, and the switches for what is ours.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "mapping_core/surfels/surfel_map.h"
+
+namespace comap {
+
+/// Remedies for known defects of the method. All off: the method as published.
+struct PaperFixes {
+  bool noise_weights = false;      ///< depth residuals weigh by the sensor's noise instead of all alike
+  bool free_directions = false;    ///< a direction that nothing in view determines keeps the prediction
+  bool check_tracking = false;     ///< a frame that does not fit the map is not fused
+  bool per_camera_graph = false;   ///< deformation nodes are ordered by camera, then time, instead of by time alone
+  bool correct_pose_log = false;   ///< local loops bend the trajectory too, not only the map
+  bool two_votes = false;          ///< maps are put together only when a second, distant match agrees
+  bool independent_gates = false;  ///< closures are judged by rms and inlier ratio, not by rms / sqrt(N)
+};
+
+/// What a registration must reach, for 640 x 480 pixels; other sizes are scaled.
+struct ClosureGates {
+  double error = 5e-5;  ///< sqrt(sum r^2) / N, metres
+  double inliers = 35000;
+  double variance = 1e-5;  ///< of each degree of freedom, from the unnormalised matrix with geometry times 100
+};
+
+struct FernOptions {
+  uint64_t seed = 0x5EED;
+  double harvest_dissimilarity = 0.3095;
+  double match_dissimilarity = 0.7;  ///< similarity above 0.3
+  uint32_t min_age = 300;            ///< ticks; of the camera's own places
+  double error = 3e-4, inliers = 2400;
+  double photometric = 115;  ///< mean of |dR| + |dG| + |dB|
+  double least_drift_m = 0.06;
+};
+
+struct GraphOptions {
+  size_t stride = 5000;           ///< surfels to a node
+  size_t global_share = 5;        ///< the global graph has every so-many-th node
+  size_t most_nodes = 1024;       ///< the stride grows with larger maps
+  double global_error_m = 3e-4;   ///< mean constraint error that a global deformation may leave
+  double global_cost = 0.12;      ///< and its cost
+  uint32_t pause_after_merge = 10;  ///< ticks without a global deformation
+};
+
+struct PaperOptions {
+  FusionParameters fusion{.depth_min_m = 0.3f,
+                          .depth_max_m = 5.0f,
+                          .stable_confidence = 10.0f,
+                          .unstable_timeout = 20};
+  uint32_t active_window = 200;  ///< ticks
+  double uniform_sigma_m = 0.01;  ///< of depth residuals, where all weigh alike
+  double dense_share = 0.75;      ///< of the prediction; below it tracking uses the filled view
+  double largest_step_m = 0.3;    ///< between frames; what moves farther keeps the old pose
+  ClosureGates closure;
+  FernOptions ferns;
+  GraphOptions graph;
+  PaperFixes fixes;
+};
+
+}  // namespace comap

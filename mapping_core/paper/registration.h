@@ -1,0 +1,46 @@
+// Dense registration of one view to another, judged by the paper's own numbers.
+#pragma once
+
+#include "mapping_core/paper/paper_options.h"
+#include "mapping_core/rgbd/alignment.h"
+#include "mapping_core/rgbd/rotation_alignment.h"
+
+namespace comap {
+
+/// How well two views lie on each other, point to plane.
+struct Fit {
+  size_t inliers = 0;        ///< pixels whose surfaces are within 10 cm and 20 degrees
+  size_t compared = 0;       ///< pixels with depth in both
+  double rms_m = 0;          ///< of inliers
+  double error = 1;          ///< sqrt(sum r^2) / inliers, metres: looser the more inliers there are
+  double worst_variance = 1; ///< largest diagonal entry of the inverse of 100 sum J^T J
+};
+
+/// Of level `level` of two pyramids; every `stride`-th pixel is looked at and counted for all.
+Fit fitOf(const Pyramid& reference, const Pyramid& frame, size_t level, const Pose& T_ref_cur);
+
+/// Whether a fit passes; gates are scaled to the number of pixels.
+bool passes(const Fit& fit, const ClosureGates& gates, const CameraModel& camera, bool independent);
+
+/// Thread rule: one thread.
+class Registrar {
+ public:
+  explicit Registrar(const PaperOptions& options);
+
+  /// Three levels of geometry and brightness, all pixels of the reference.
+  Alignment align(const Pyramid& reference, const Pyramid& frame, const Pose& T_guess);
+  /// Geometry alone on level 3 alone, as fern images are aligned.
+  Alignment alignSmall(const Pyramid& reference, const Pyramid& frame);
+  /// How the camera has turned between two pictures, from their coarse grey levels; no turn if they do not tell.
+  Pose turn(const Pyramid& previous, const Pyramid& current);
+
+ private:
+  AlignmentOptions options_, small_options_;
+  DepthNoiseModel noise_;
+  PointResiduals workspace_;
+  RotationWorkspace rotation_workspace_;
+  ReferenceView reference_;
+  std::vector<PickedPoint> picked_;
+};
+
+}  // namespace comap
