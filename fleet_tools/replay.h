@@ -2,11 +2,13 @@
 #pragma once
 
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "edge_agent/agent_report.h"
 #include "mapping_core/ferns/fern_book.h"
+#include "mapping_core/paper/paper_options.h"
 #include "mapping_core/service/core_report.h"
 
 namespace comap {
@@ -43,5 +45,10 @@ Result<ReplayOutcome> replayLoopback(const ReplayOptions& options, const ReplayP
 /// Starts mapping_core and one edge_agent a robot from the folder of this program; they talk over loopback DDS.
 /// Ends the processes it started, whatever happens.
 Result<ReplayOutcome> replayDds(const ReplayOptions& options, const ReplayProgress& progress);
+
+/// A run of the paper mode, measured and written to `options.out`: report.json's content. Over loopback only; every
+/// frame goes to the core.
+Result<nlohmann::json> replayPaper(const ReplayOptions& options, const PaperOptions& paper,
+                                   const ReplayProgress& progress);
 
 }  // namespace comap

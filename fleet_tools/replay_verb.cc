@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <set>
 
@@ -19,10 +20,18 @@ namespace {
 
 constexpr const char* kRunMark = "/.comap-run";
 
+const std::map<std::string, bool PaperFixes::*> kFixes = {
+    {"noise-weights", &PaperFixes::noise_weights},        {"free-directions", &PaperFixes::free_directions},
+    {"check-tracking", &PaperFixes::check_tracking},      {"per-camera-graph", &PaperFixes::per_camera_graph},
+    {"correct-pose-log", &PaperFixes::correct_pose_log},  {"two-votes", &PaperFixes::two_votes},
+    {"independent-gates", &PaperFixes::independent_gates}};
+
 struct ReplayArguments {
   std::vector<std::string> robots;
   std::string link = "dds", mode = "graph";
   ReplayOptions options;
+  PaperOptions paper;
+  std::vector<std::string> fixes;
   int seeds = 0;  // 0: one run, in --out itself
   bool overwrite = false, json = false;
 };
@@ -109,6 +118,23 @@ void printSummary(const nlohmann::json& report, const std::string& out) {
   std::printf("run: %s (map.comap, map.ply, *.trajectory.txt, report.json, report.html)\n", out.c_str());
 }
 
+void printPaperSummary(const nlohmann::json& report, const std::string& out) {
+  for (const auto& [name, robot] : report.at("robots").items())
+    std::printf("robot %-8s %4d frames (%d lost), %.0f kB/s up, map %s\n", name.c_str(), robot.at("frames").get<int>(),
+                robot.at("tracking_lost_frames").get<int>(), robot.at("uplink_bytes_per_s").get<double>() / 1000,
+                robot.at("map").get<std::string>().c_str());
+  for (const auto& map : report.at("maps"))
+    std::printf("map %s: robots %s, %d surfels, %d places\n", map.at("id").get<std::string>().c_str(),
+                map.at("robots").dump().c_str(), map.at("surfels").get<int>(), map.at("places").get<int>());
+  const auto& core = report.at("core");
+  std::printf("loops: %d local, %d global; merges: %zu\n", core.at("local_loops").get<int>(),
+              core.at("global_loops").get<int>(), report.at("merges").size());
+  std::printf("core: %.0f ms a frame and camera (p95 %.0f) on %s; %.1f s in all\n",
+              core.at("frame_ms").at("median").get<double>(), core.at("frame_ms").at("p95").get<double>(),
+              core.at("device").get<std::string>().c_str(), report.at("wall_s").get<double>());
+  std::printf("run: %s (map.ply, *.trajectory.txt, frames.csv, report.json, report.html)\n", out.c_str());
+}
+
 // The run's files are there, but they do not show what was asked for.
 int failIfIncomplete(const nlohmann::json& report) {
   for (const auto& [name, robot] : report.at("robots").items()) {
@@ -127,6 +153,16 @@ int runOnce(const ReplayArguments& arguments) {
   const auto progress = [terminal](const std::string& stage, size_t done, size_t all) {
     if (terminal) std::fprintf(stderr, "\r\033[K%s: %zu of %zu", stage.c_str(), done, all);
   };
+  if (arguments.mode == "paper") {
+    auto report = replayPaper(arguments.options, arguments.paper, progress);
+    if (terminal) std::fprintf(stderr, "\r\033[K");
+    if (!report) return failWith(report.error());
+    if (arguments.json)
+      std::printf("%s\n", report->dump(2).c_str());
+    else
+      printPaperSummary(*report, arguments.options.out);
+    return 0;
+  }
   auto outcome =
       arguments.link == "dds" ? replayDds(arguments.options, progress) : replayLoopback(arguments.options, progress);
   if (terminal) std::fprintf(stderr, "\r\033[K");
@@ -154,14 +190,15 @@ int runSeeds(const ReplayArguments& arguments) {
 }
 
 int run(ReplayArguments& arguments) {
-  if (arguments.mode == "paper")
-    return failWith({ErrorCode::kWrongUse, "--mode paper: this build has the graph mode only"});
+  if (arguments.mode == "paper" && arguments.link == "dds")
+    return failWith({ErrorCode::kWrongUse, "--mode paper: runs over --link loopback only"});
   if (arguments.options.realtime && arguments.link == "loopback")
     return failWith({ErrorCode::kWrongUse, "--realtime: loopback has no clock; use --link dds"});
   if (!arguments.options.keys.empty() && arguments.link == "loopback")
     return failWith({ErrorCode::kWrongUse, "--keys: loopback has no wire to encrypt; use --link dds"});
   auto robots = parseRobots(arguments.robots);
   if (!robots) return failWith(robots.error());
+  for (const std::string& fix : arguments.fixes) arguments.paper.fixes.*kFixes.at(fix) = true;
   arguments.options.robots = std::move(*robots);
   // Before a folder is made: a wrong source is the most common mistake.
   for (const ReplayRobot& robot : arguments.options.robots)
@@ -189,6 +226,10 @@ void addReplayVerb(CLI::App& app, int& exit_code) {
   verb->add_option("--mode", arguments->mode, "How the core maps")
       ->check(CLI::IsMember({"graph", "paper"}))
       ->capture_default_str();
+  std::vector<std::string> fixes;
+  for (const auto& [name, member] : kFixes) fixes.push_back(name);
+  verb->add_option("--fix", arguments->fixes, "With --mode paper: a remedy for one of the method's known defects")
+      ->check(CLI::IsMember(fixes));
   verb->add_option("--device", arguments->options.device, "Vulkan device: auto, llvmpipe or a number")
       ->capture_default_str();
   verb->add_option("--domain", arguments->options.domain, "DDS domain; by default one by process id")

@@ -1,16 +1,11 @@
 #include "fleet_tools/run_outputs.h"
 
-#include <algorithm>
-#include <cstdio>
-#include <fstream>
 #include <set>
 
 #include "edge_agent/agent_config.h"
-#include "edge_agent/capture/image_file.h"
-#include "fleet_tools/ply.h"
 #include "fleet_tools/report_page.h"
+#include "fleet_tools/run_map.h"
 #include "fleet_tools/run_trajectory.h"
-#include "fleet_tools/surfel_renderer.h"
 #include "mapping_core/service/core_config.h"
 #include "mapping_core/store/map_store.h"
 #include "mapping_core/tiles/tile_builder.h"
@@ -98,18 +93,6 @@ Json robotJson(const AgentReport& report, const RunContent& content, const MapId
       {"map", map}};
 }
 
-std::string hex(uint64_t value) {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
-  return text;
-}
-
-uint64_t fnv1a(const std::string& text) {
-  uint64_t hash = 0xcbf29ce484222325ull;
-  for (const char c : text) hash = (hash ^ static_cast<uint8_t>(c)) * 0x100000001b3ull;
-  return hash;
-}
-
 Json reportJson(const ReplayOutcome& outcome, const RunContent& content, const std::map<MapId, uint64_t>& hashes) {
   Json report;
   for (const AgentReport& robot : outcome.robots)
@@ -164,57 +147,6 @@ std::vector<Surfel> surfelsOf(std::span<const Tile> tiles) {
   return surfels;
 }
 
-Result<void> writeMapPly(const std::string& path, std::span<const Surfel> surfels) {
-  std::vector<MapPoint> points;
-  points.reserve(surfels.size());
-  for (const Surfel& surfel : surfels)
-    points.push_back({surfel.position, surfel.normal, surfel.colour, surfel.radius, surfel.confidence});
-  return writePly(path, points);
-}
-
-struct Picture {
-  const char* name;
-  const char* title;
-  Colouring colouring;
-  bool from_above;
-};
-
-constexpr Picture kPictures[] = {{"map.png", "The joint map", Colouring::kRgb, false},
-                                 {"map-top.png", "From above", Colouring::kRgb, true},
-                                 {"map-contribution.png", "Who contributed what", Colouring::kContribution, false}};
-constexpr int kPictureWidth = 1280, kPictureHeight = 800;
-
-Result<std::vector<uint8_t>> readBytes(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::vector<uint8_t> bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  if (!file) return Error{ErrorCode::kUnreachable, path + ": cannot be read"};
-  return bytes;
-}
-
-Result<std::vector<ReportPicture>> paintMap(const ReplayOptions& options, const std::vector<Surfel>& surfels,
-                                            const std::vector<Pose>& T_map_cams) {
-  gpu::DeviceOptions device_options;
-  device_options.choice = options.device;
-  device_options.cache_directory = gpu::defaultCacheDirectory();
-  auto device = gpu::Device::create(device_options);
-  if (!device) return device.error();
-  const Eigen::Vector3d up = upDirection(surfels, T_map_cams);
-  std::vector<ReportPicture> pictures;
-  for (const Picture& picture : kPictures) {
-    const PictureView view = picture.from_above ? topView(surfels, up, kPictureWidth, kPictureHeight)
-                                                : orbitView(surfels, up, kPictureWidth, kPictureHeight);
-    const bool legend = picture.colouring == Colouring::kContribution;
-    auto image = renderPicture(*device, surfels, view, picture.colouring, legend ? options.robots.size() : 0);
-    if (!image) return image.error();
-    const std::string path = options.out + "/" + picture.name;
-    if (auto written = writeColourPng(path, *image); !written) return written.error();
-    auto bytes = readBytes(path);
-    if (!bytes) return bytes.error();
-    pictures.push_back({picture.title, std::move(*bytes)});
-  }
-  return pictures;
-}
-
 }  // namespace
 
 Result<Json> writeRunOutputs(const ReplayOptions& options, const ReplayOutcome& outcome) {
@@ -255,7 +187,7 @@ Result<Json> writeRunOutputs(const ReplayOptions& options, const ReplayOutcome& 
     if (keyframe.map == largest) T_map_cams.push_back(keyframe.T_map_cam);
   std::vector<ReportPicture> pictures;
   if (!surfels.empty()) {
-    auto painted = paintMap(options, surfels, T_map_cams);
+    auto painted = paintMap(options.out, options.device, options.robots.size(), surfels, T_map_cams);
     if (!painted) return painted.error();
     pictures = std::move(*painted);
   }

@@ -36,27 +36,24 @@ struct FernOptions {
   double least_drift_m = 0.06;
 };
 
-struct GraphOptions {
-  size_t stride = 5000;           ///< surfels to a node
-  size_t global_share = 5;        ///< the global graph has every so-many-th node
-  size_t most_nodes = 1024;       ///< the stride grows with larger maps
-  double global_error_m = 3e-4;   ///< mean constraint error that a global deformation may leave
-  double global_cost = 0.12;      ///< and its cost
+struct DeformationOptions {
+  size_t stride = 5000;             ///< surfels to a node
+  size_t global_share = 5;          ///< the global graph has every so-many-th node
+  size_t most_nodes = 1024;         ///< the stride grows with larger maps
+  double global_error_m = 3e-4;     ///< mean constraint error that a global deformation may leave
+  double global_cost = 0.12;        ///< and its cost
   uint32_t pause_after_merge = 10;  ///< ticks without a global deformation
 };
 
 struct PaperOptions {
-  FusionParameters fusion{.depth_min_m = 0.3f,
-                          .depth_max_m = 5.0f,
-                          .stable_confidence = 10.0f,
-                          .unstable_timeout = 20};
-  uint32_t active_window = 200;  ///< ticks
+  FusionParameters fusion{.depth_min_m = 0.3f, .depth_max_m = 5.0f, .stable_confidence = 10.0f, .unstable_timeout = 20};
+  uint32_t active_window = 200;   ///< ticks
   double uniform_sigma_m = 0.01;  ///< of depth residuals, where all weigh alike
   double dense_share = 0.75;      ///< of the prediction; below it tracking uses the filled view
   double largest_step_m = 0.3;    ///< between frames; what moves farther keeps the old pose
   ClosureGates closure;
   FernOptions ferns;
-  GraphOptions graph;
+  DeformationOptions graph;
   PaperFixes fixes;
 };
 

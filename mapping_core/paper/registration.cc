@@ -51,7 +51,8 @@ Fit fitOf(const Pyramid& reference, const Pyramid& frame, size_t level, const Po
   fit.error = std::sqrt(squares) / count;
   const Matrix6d full = a.selfadjointView<Eigen::Lower>();
   const Eigen::FullPivLU<Matrix6d> lu(full);
-  fit.worst_variance = lu.isInvertible() ? lu.inverse().eval().diagonal().maxCoeff() : std::numeric_limits<double>::max();
+  fit.worst_variance =
+      lu.isInvertible() ? lu.inverse().eval().diagonal().maxCoeff() : std::numeric_limits<double>::max();
   return fit;
 }
 
@@ -61,7 +62,7 @@ bool passes(const Fit& fit, const ClosureGates& gates, const CameraModel& camera
     return false;
   if (!independent) return fit.error < gates.error / std::sqrt(scale);
   constexpr double kRms_m = 0.015, kInlierRatio = 0.35;
-  return fit.rms_m < kRms_m && static_cast<double>(fit.inliers) > kInlierRatio * static_cast<double>(fit.compared);
+  return fit.rms_m<kRms_m&& static_cast<double>(fit.inliers)> kInlierRatio * static_cast<double>(fit.compared);
 }
 
 Registrar::Registrar(const PaperOptions& options) {

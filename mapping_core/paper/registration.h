@@ -9,11 +9,11 @@ namespace comap {
 
 /// How well two views lie on each other, point to plane.
 struct Fit {
-  size_t inliers = 0;        ///< pixels whose surfaces are within 10 cm and 20 degrees
-  size_t compared = 0;       ///< pixels with depth in both
-  double rms_m = 0;          ///< of inliers
-  double error = 1;          ///< sqrt(sum r^2) / inliers, metres: looser the more inliers there are
-  double worst_variance = 1; ///< largest diagonal entry of the inverse of 100 sum J^T J
+  size_t inliers = 0;         ///< pixels whose surfaces are within 10 cm and 20 degrees
+  size_t compared = 0;        ///< pixels with depth in both
+  double rms_m = 0;           ///< of inliers
+  double error = 1;           ///< sqrt(sum r^2) / inliers, metres: looser the more inliers there are
+  double worst_variance = 1;  ///< largest diagonal entry of the inverse of 100 sum J^T J
 };
 
 /// Of level `level` of two pyramids; every `stride`-th pixel is looked at and counted for all.

@@ -1,0 +1,52 @@
+// Loops between maps: does what one camera sees lie in another frame of reference, and where? And putting two maps
+// together rigidly.
+#pragma once
+
+#include <map>
+#include <utility>
+
+#include "mapping_core/paper/active_region.h"
+
+namespace comap {
+
+struct MapMatch {
+  Pose T_other_own;  ///< takes points of the camera's map into the other one
+  Fit fit;           ///< of the full-size views
+};
+
+struct PaperMerge {
+  uint32_t tick = 0;
+  std::string kept, absorbed;        ///< maps
+  std::vector<std::string> cameras;  ///< of the absorbed map
+  std::string camera;                ///< whose view matched
+  Pose T_kept_absorbed;
+  Fit fit;
+};
+
+/// Thread rule: one thread.
+class InterMap {
+ public:
+  InterMap(const PaperOptions& options, const FernBook& book) : options_(options), book_(book) {}
+
+  /// Looks for the active view of `camera`, as predicted last, among the places of `other`: coarse by ferns, then in
+  /// full size against all that `other` shows there. With two votes wanted: only the second agreeing match counts.
+  Result<std::optional<MapMatch>> find(const PaperCamera& camera, const std::string& own, ReferenceFrame& other,
+                                       Registrar& registrar, uint32_t tick);
+
+ private:
+  bool agreesWithEarlier(const PaperCamera& camera, const std::string& own, const std::string& other, const Pose& T);
+
+  const PaperOptions& options_;
+  const FernBook& book_;
+  struct Vote {
+    Pose T_own_cam, T_other_own;
+  };
+  std::map<std::pair<std::string, std::string>, std::vector<Vote>> votes_;
+};
+
+/// `absorbed` lies at T_kept_absorbed in `kept`, which takes all that it holds and the cameras that move in it
+/// (`absorbed_index`), with their histories. Errors are those of the device.
+Result<void> mergeFrames(ReferenceFrame& kept, size_t kept_index, ReferenceFrame& absorbed, size_t absorbed_index,
+                         const Pose& T_kept_absorbed, std::vector<PaperCamera>& cameras, uint32_t tick);
+
+}  // namespace comap

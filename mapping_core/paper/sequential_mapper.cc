@@ -1,0 +1,92 @@
+#include "mapping_core/paper/sequential_mapper.h"
+
+#include <chrono>
+
+namespace comap {
+namespace {
+
+constexpr int kLevels = 4;
+
+class StageClock {
+ public:
+  // Milliseconds since it was last asked.
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
+    last_ = now;
+    return ms;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
+SequentialMapper::SequentialMapper(const PaperOptions& options, const FernBook& book)
+    : options_(options), book_(book), registrar_(options) {}
+
+Result<StepReport> SequentialMapper::step(ReferenceFrame& frame, PaperCamera& camera, std::vector<FrameTime>& owners,
+                                          const Frame& image, uint32_t tick) {
+  StepReport report;
+  StageClock clock;
+  Pyramid live;
+  buildPyramid(image.colour, image.depth, image.camera, kLevels, options_.fusion.depth_min_m,
+               options_.fusion.depth_max_m, live);
+  camera.model = image.camera;
+  if (!camera.log.empty()) track(camera, live, report);
+  camera.live = std::move(live);
+  report.ms.track = clock.lap();
+
+  if (!report.lost) {
+    if (auto done = fuse(frame, camera, owners, image, tick); !done) return done.error();
+  }
+  camera.log.push_back({tick, image.stamp_ns, camera.T_map_cam});
+  report.ms.fuse = clock.lap();
+
+  if (auto done = predict(frame, camera, image, tick); !done) return done.error();
+  report.ms.predict = clock.lap();
+
+  if (!report.lost) {
+    report.remembered =
+        frame.ferns.harvest(fernViewOf(book_, camera.filled, camera.model), {camera.index, tick}, camera.T_map_cam);
+  }
+  report.ms.ferns = clock.lap();
+  return report;
+}
+
+void SequentialMapper::track(PaperCamera& camera, const Pyramid& live, StepReport& report) {
+  report.alignment = registrar_.align(camera.reference, live, registrar_.turn(camera.live, live));
+  const Alignment& found = report.alignment;
+  constexpr double kInlierRatio = 0.5, kPhotometric = 20;
+  const bool believed =
+      found.solved && found.T_ref_cur.isFinite() && found.T_ref_cur.translation().norm() <= options_.largest_step_m;
+  const bool checked =
+      !options_.fixes.check_tracking || (found.inlier_ratio > kInlierRatio && found.photometric_median < kPhotometric);
+  report.lost = !believed || !checked;
+  if (!report.lost) camera.T_map_cam = camera.T_map_cam * found.T_ref_cur;
+}
+
+Result<void> SequentialMapper::fuse(ReferenceFrame& frame, PaperCamera& camera, std::vector<FrameTime>& owners,
+                                    const Frame& image, uint32_t tick) {
+  const auto owner = static_cast<uint32_t>(owners.size());
+  owners.push_back({camera.index, tick});
+  const ActiveRegion region(frame.map, camera, options_, tick);
+  auto fused =
+      frame.map.fuse(image.camera, image.colour, image.depth, camera.T_map_cam, owner, region.filter(SeenBy::kActive));
+  if (!fused) return fused.error();
+  return {};
+}
+
+Result<void> SequentialMapper::predict(ReferenceFrame& frame, PaperCamera& camera, const Frame& image, uint32_t tick) {
+  const ActiveRegion region(frame.map, camera, options_, tick);
+  auto view = region.predictActive(camera.T_map_cam);
+  if (!view) return view.error();
+  camera.filled = fillView(std::move(view->view), image, options_.fusion.depth_min_m, options_.fusion.depth_max_m);
+  const bool dense = camera.filled.dense_share > options_.dense_share;
+  buildPyramid(camera.filled.colour, dense ? camera.filled.predicted_m : camera.filled.depth_m, camera.model, kLevels,
+               camera.reference);
+  return {};
+}
+
+}  // namespace comap

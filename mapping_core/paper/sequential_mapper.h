@@ -1,0 +1,44 @@
+// One frame of one camera into the map of its frame of reference: track, close loops, fuse, predict, remember.
+#pragma once
+
+#include "mapping_core/paper/active_region.h"
+
+namespace comap {
+
+/// Milliseconds that the stages of one frame took.
+struct StageTimes {
+  double track = 0, loop = 0, fuse = 0, predict = 0, ferns = 0;
+};
+
+struct StepReport {
+  StageTimes ms;
+  Alignment alignment;      ///< to the active part; unsolved for the first frame
+  bool lost = false;        ///< could not be tracked: kept its pose
+  bool local_loop = false;  ///< closed in this step
+  bool global_loop = false;
+  bool remembered = false;  ///< became a place
+};
+
+/// Thread rule: one thread.
+class SequentialMapper {
+ public:
+  SequentialMapper(const PaperOptions& options, const FernBook& book);
+
+  /// `owners` tells every surfel's creation by its owner; this frame's is added. Errors are those of the device.
+  Result<StepReport> step(ReferenceFrame& frame, PaperCamera& camera, std::vector<FrameTime>& owners,
+                          const Frame& image, uint32_t tick);
+
+  Registrar& registrar() { return registrar_; }
+
+ private:
+  void track(PaperCamera& camera, const Pyramid& live, StepReport& report);
+  Result<void> fuse(ReferenceFrame& frame, PaperCamera& camera, std::vector<FrameTime>& owners, const Frame& image,
+                    uint32_t tick);
+  Result<void> predict(ReferenceFrame& frame, PaperCamera& camera, const Frame& image, uint32_t tick);
+
+  const PaperOptions& options_;
+  const FernBook& book_;
+  Registrar registrar_;
+};
+
+}  // namespace comap
