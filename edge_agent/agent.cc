@@ -12,6 +12,7 @@ namespace {
 constexpr double kInterestShare = 0.1;  // of the uplink, for telling which tiles are held
 constexpr int kDamagedInARow = 10, kBackwardsInARow = 5;
 constexpr std::chrono::seconds kHelloPeriod{1}, kStatusPeriod{1};
+constexpr std::chrono::milliseconds kFrameTurn{10};
 
 SenderOptions senderOptions(const AgentConfig& config) {
   SenderOptions options = config.sender;
@@ -49,11 +50,13 @@ Result<std::optional<Frame>> Agent::readFrame() {
 
 Result<Agent::Progress> Agent::takeFrame() {
   if (sender_.waiting() >= config_.max_waiting_keyframes) return Progress::kWaiting;
+  if (!source_.ready(kFrameTurn)) return Progress::kNoFrame;
   auto next = readFrame();
   if (!next) {
     ++statistics_.damaged_frames;
-    if (++damaged_in_a_row_ >= kDamagedInARow) return next.error();
-    log_("frame passed over: " + next.error().text);
+    ++damaged_in_a_row_;
+    if (damaged_in_a_row_ >= kDamagedInARow && !source_.live()) return next.error();
+    if (damaged_in_a_row_ <= kDamagedInARow) log_("frame passed over: " + next.error().text);
     return Progress::kFrame;
   }
   damaged_in_a_row_ = 0;

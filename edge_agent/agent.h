@@ -55,10 +55,11 @@ class Agent {
   enum class Progress {
     kFrame,    ///< took one frame
     kWaiting,  ///< the outbox is full: the core must catch up first
+    kNoFrame,  ///< the camera has none yet
     kEnded,    ///< the source has ended
   };
   /// Takes one frame from the source, unless too many keyframes wait to be sent. Damaged frames are counted, told and
-  /// passed over; kUnreachable or kBadData after 10 of them in a row.
+  /// passed over; kUnreachable or kBadData after 10 of them in a row, unless the source is a camera.
   Result<Progress> takeFrame();
 
   /// Ships the keyframe that still takes in frames. takeFrame() does so when the source ends; call it when no more
@@ -95,6 +96,7 @@ class Agent {
   /// Where the robot believes to be after the last frame and message.
   LivePose livePose() const { return localizer_.live(); }
   const AgentStatistics& statistics() const { return statistics_; }
+  std::optional<CaptureHealth> captureHealth() const { return source_.health(); }  ///< nothing for a recording
 
  private:
   Result<std::optional<Frame>> readFrame();

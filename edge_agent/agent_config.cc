@@ -19,6 +19,9 @@ Result<AgentConfig> readAgentConfig(const std::string& path) {
   reader->read("robot", config.robot);
   if (const std::string problem = robotNameProblem(config.robot); !problem.empty()) reader->complain("robot", problem);
   reader->read("source", config.source);
+  readCameraConfig(reader->section("camera"), config.camera);
+  if (const CameraProfile* profile = config.camera.builtIn())
+    config.odometry.alignment.noise = {profile->noise_floor_m, profile->noise_factor_per_m};
 
   ConfigReader link = reader->section("link");
   link.read("domain", config.link.domain, 0, 230);
@@ -90,7 +93,7 @@ Result<AgentConfig> readAgentConfig(const std::string& path) {
 
 std::string printAgentConfig(const AgentConfig& c) {
   return fmt::format(
-      R"(# A robot's agent. Every key is optional; these are the values in force.
+             R"(# A robot's agent. Every key is optional; these are the values in force.
 robot: {}                # 1-32 characters of a-z 0-9 _ -
 source: "{}"             # where frames come from; edge_agent --list-sources
 link:
@@ -138,17 +141,18 @@ localizer:                      # what returned tiles are used for
   every_frames: {}              # that are tracked well, a registration
   memory_mb: {}                # of tiles; beyond it the farthest are forgotten, and asked for again when near
   smooth_frames: {}             # time constant of the pose that consumers see
-)",
-      c.robot, c.source, c.link.domain, c.link.site, c.link.interface_address, c.link.profile, c.link.core_address,
-      c.link.keys, c.link.insecure, c.odometry.depth_min_m, c.odometry.depth_max_m, c.odometry.alignment.noise.floor_m,
-      c.odometry.alignment.noise.factor_per_m, c.odometry.alignment.photometric_weight, c.odometry.inherited_frames,
-      c.odometry.lost_after, c.odometry.threads, c.recovery.patience_frames, c.keyframes.translation_m,
-      c.keyframes.rotation_rad, c.keyframes.overlap, c.keyframes.max_frames, c.depth_rounding.step_per_m,
-      c.sender.send.window, c.max_waiting_keyframes, c.sender.send.resend_after.count(),
-      c.sender.send.budget_bytes_per_s, c.sender.jpeg_quality, c.outbox.kind, c.outbox.directory,
-      c.outbox.quota_mb == kUnlimited_mb ? 0 : c.outbox.quota_mb, c.sender.thin_jpeg_quality, c.fern_seed,
-      c.interest_radius_m, c.downlink_bytes_per_s, c.localizer.enabled, c.localizer.every_frames, c.localizer.memory_mb,
-      c.localizer.smooth_frames) +
+{})",
+             c.robot, c.source, c.link.domain, c.link.site, c.link.interface_address, c.link.profile,
+             c.link.core_address, c.link.keys, c.link.insecure, c.odometry.depth_min_m, c.odometry.depth_max_m,
+             c.odometry.alignment.noise.floor_m, c.odometry.alignment.noise.factor_per_m,
+             c.odometry.alignment.photometric_weight, c.odometry.inherited_frames, c.odometry.lost_after,
+             c.odometry.threads, c.recovery.patience_frames, c.keyframes.translation_m, c.keyframes.rotation_rad,
+             c.keyframes.overlap, c.keyframes.max_frames, c.depth_rounding.step_per_m, c.sender.send.window,
+             c.max_waiting_keyframes, c.sender.send.resend_after.count(), c.sender.send.budget_bytes_per_s,
+             c.sender.jpeg_quality, c.outbox.kind, c.outbox.directory,
+             c.outbox.quota_mb == kUnlimited_mb ? 0 : c.outbox.quota_mb, c.sender.thin_jpeg_quality, c.fern_seed,
+             c.interest_radius_m, c.downlink_bytes_per_s, c.localizer.enabled, c.localizer.every_frames,
+             c.localizer.memory_mb, c.localizer.smooth_frames, printCameraConfig(c.camera)) +
          printTelemetryOptions(c.telemetry);
 }
 

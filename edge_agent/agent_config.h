@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "edge_agent/capture/camera_config.h"
 #include "edge_agent/keyframes/depth_rounding.h"
 #include "edge_agent/keyframes/keyframe_selector.h"
 #include "edge_agent/map_cache/map_localizer.h"
@@ -19,6 +20,7 @@ namespace comap {
 struct AgentConfig {
   std::string robot = "robot";
   std::string source;  ///< URI of the frame source
+  CameraConfig camera;
   DdsLinkOptions link;
   OdometryOptions odometry;
   RecoveryOptions recovery;

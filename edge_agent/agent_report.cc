@@ -37,6 +37,18 @@ FrameRecord frameOf(const Json& json) {
   return frame;
 }
 
+Json toJson(const StreamHealth& stream) {
+  return {{"state", toString(stream.state)}, {"problem", stream.problem},        {"taken", stream.taken},
+          {"damaged", stream.damaged},       {"missed", stream.missed},          {"repeated", stream.repeated},
+          {"reopened", stream.reopened},     {"clock_jumps", stream.clock_jumps}};
+}
+
+// For people and tools outside; nothing here reads it back.
+Json toJson(const CaptureHealth& camera) {
+  return {{"colour", toJson(camera.colour)}, {"depth", toJson(camera.depth)},     {"overtaken", camera.overtaken},
+          {"unpaired", camera.unpaired},     {"not_decoded", camera.not_decoded}, {"every", camera.every}};
+}
+
 }  // namespace
 
 AgentReport reportOf(const std::string& robot, const Agent& agent) {
@@ -54,6 +66,7 @@ AgentReport reportOf(const std::string& robot, const Agent& agent) {
   report.lost_frames = s.lost_frames;
   report.chains = s.chains;
   report.relocalised = s.relocalised;
+  report.camera = agent.captureHealth();
   report.uplink_bytes = agent.uplinkBytes();
   report.tile_bytes_received = s.tile_bytes_received;
   report.tiles_received = s.tiles_received;
@@ -132,7 +145,8 @@ Result<void> AgentReportFile::finish(const AgentReport& r) {
                      {"odometry_ms_median", r.odometry_ms_median},
                      {"odometry_ms_p95", r.odometry_ms_p95},
                      {"odometry_ms_worst", r.odometry_ms_worst},
-                     {"duration_s", r.duration_s}};
+                     {"duration_s", r.duration_s},
+                     {"camera", r.camera ? toJson(*r.camera) : Json()}};
   put("],\n" + json.dump().substr(1) + "\n");
   if (std::fflush(file_.get()) != 0 && problem_ == 0) problem_ = errno;
   if (problem_ == 0 && std::rename((path_ + kUnfinished).c_str(), path_.c_str()) != 0) problem_ = errno;

@@ -15,6 +15,7 @@
 #include "edge_agent/agent.h"
 #include "edge_agent/agent_metrics.h"
 #include "edge_agent/agent_report.h"
+#include "edge_agent/capture/capture_commands.h"
 #include "edge_agent/capture/source_uri.h"
 #include "protocol/link/dds_link.h"
 #include "protocol/link/loopback_link.h"
@@ -32,11 +33,12 @@ volatile sig_atomic_t g_stop = 0;
 using Tell = std::function<void()>;  // those who watch over this agent
 
 struct Arguments {
-  std::string config, source, robot, site, interface_address, keys, report, outbox, log_format, trace;
+  std::string config, source, robot, site, interface_address, keys, report, outbox, log_format, trace, preview, record;
   int domain = -1, threads = 0, status_port = -1;
   bool insecure = false, realtime = false, offline = false, deliver = false, list_sources = false, print_config = false,
        check_config = false;
   int patience_s = 60;
+  size_t frames = 0;  // to record; 0 = until it is stopped
 };
 
 int failWith(const Error& error, const Log& log = Log(LogFormat::kText, "edge_agent")) {
@@ -124,9 +126,9 @@ class NoSource final : public FrameSource {
   std::string description() const override { return "delivers what waits in its outbox"; }
 };
 
-// While frames come. Recorded sources play as fast as the core keeps up, or at their own speed.
-Result<void> drive(Agent& agent, const Arguments& arguments, const std::string& outbox, const Tell& tell) {
-  const bool realtime = arguments.realtime, in_time = realtime || arguments.offline;
+// While frames come. Recorded sources play as fast as the core keeps up, or at their own speed; a camera has its own.
+Result<void> drive(Agent& agent, const Arguments& arguments, bool live, const std::string& outbox, const Tell& tell) {
+  const bool realtime = arguments.realtime && !live, in_time = arguments.realtime || live || arguments.offline;
   const int patience_s = arguments.patience_s;
   const auto start = Clock::now();
   auto last_progress = start;
@@ -189,21 +191,31 @@ Result<void> settle(Agent& agent, int patience_s, const std::string& outbox, con
   return {};
 }
 
-Result<void> work(Agent& agent, const AgentConfig& config, const Link& link, const Arguments& arguments,
+Result<void> work(Agent& agent, const AgentConfig& config, const Link& link, const Arguments& arguments, bool live,
                   const std::string& outbox, const Tell& tell) {
   if (auto greeted = agent.hello(); !greeted) return greeted;
-  if (!arguments.realtime && !arguments.offline)
+  if (!arguments.realtime && !live && !arguments.offline)
     if (auto found = awaitCore(config, link, arguments.patience_s, tell); !found) return found;
-  if (auto driven = drive(agent, arguments, outbox, tell); !driven) return driven;
+  if (auto driven = drive(agent, arguments, live, outbox, tell); !driven) return driven;
   if (arguments.offline) return {};
   return settle(agent, arguments.patience_s, outbox, tell);
 }
 
-Result<std::unique_ptr<FrameSource>> sourceOf(const AgentConfig& config, const Arguments& arguments) {
+Result<std::unique_ptr<FrameSource>> sourceOf(const AgentConfig& config, const Arguments& arguments,
+                                              const CaptureLog& log) {
   if (arguments.deliver) return std::unique_ptr<FrameSource>(std::make_unique<NoSource>());
   if (config.source.empty())
     return Error{ErrorCode::kWrongUse, "no source: give --source or 'source' in the configuration"};
-  return openSource(config.source);
+  return openSource(config.source, config.camera, log);
+}
+
+// What is done with a source besides tracking it; nothing if it is to be tracked.
+std::optional<Result<void>> onlyCapture(FrameSource& source, const Arguments& arguments, const CaptureLog& log) {
+  if (!arguments.preview.empty()) return preview(source, arguments.preview, log);
+  if (!arguments.record.empty())
+    return record(
+        source, arguments.record, arguments.frames, [] { return g_stop != 0; }, log);
+  return std::nullopt;
 }
 
 // Offline there is no wire, not even one that nobody answers on.
@@ -225,11 +237,12 @@ int run(const Arguments& arguments) {
   if (auto writable = checkFolderOf(arguments.report); !writable) return failWith(writable.error());
   auto telemetry = Telemetry::start(config->telemetry);
   if (!telemetry) return failWith(telemetry.error());
-  auto source = sourceOf(*config, arguments);
+  const auto log = [&](const std::string& line) { lines.info(line); };
+  auto source = sourceOf(*config, arguments, log);
   if (!source) return failWith(source.error());
+  if (const auto captured = onlyCapture(**source, arguments, log)) return *captured ? 0 : failWith(captured->error());
   auto link = linkOf(*config, arguments);
   if (!link) return failWith(link.error());
-  const auto log = [&](const std::string& line) { lines.info(line); };
   auto outbox = openOutbox(config->outbox, config->robot, log);
   if (!outbox) return failWith(outbox.error());
   const std::string outbox_path = config->outbox.kind == "memory" ? "" : outbox->path();
@@ -248,10 +261,13 @@ int run(const Arguments& arguments) {
     if (report) report->add(frame);
   };
   // What moves on in time does not wait for a core: the outbox takes it all.
-  if (arguments.realtime || arguments.offline) config->max_waiting_keyframes = std::numeric_limits<size_t>::max();
+  const bool live = (*source)->live();
+  if (arguments.realtime || live || arguments.offline)
+    config->max_waiting_keyframes = std::numeric_limits<size_t>::max();
   Agent agent(*config, *session, std::move(*outbox), **source, **link, log, record);
   const Tell tell = [&] { telemetry->tell(kAgentMetrics, [&] { return reportOf(agent, config->robot); }); };
-  const auto done = work(agent, *config, **link, arguments, outbox_path, tell);
+  const auto done = work(agent, *config, **link, arguments, live, outbox_path, tell);
+  if (const auto health = (*source)->health()) log("camera: " + toString(*health));
   // What was done is told even if it ended badly.
   if (report)
     if (auto written = report->finish(reportOf(config->robot, agent)); !written) return failWith(written.error());
@@ -300,7 +316,13 @@ int main(int argc, char** argv) {
   app.add_flag("--offline", arguments.offline, "Without a core: keep all keyframes in the outbox and stop")
       ->excludes("--deliver");
   app.add_flag("--realtime", arguments.realtime, "Play a recording at its own speed");
-  app.add_flag("--list-sources", arguments.list_sources, "Print the kinds of sources and stop");
+  app.add_flag("--list-sources", arguments.list_sources, "Print the kinds of sources and the cameras found, and stop");
+  app.add_option("--preview", arguments.preview,
+                 "Write one frame, colour and depth side by side, to this PNG and stop");
+  app.add_option("--record", arguments.record,
+                 "Write frames to this folder, as --source takes them back, and do no more")
+      ->excludes("--preview");
+  app.add_option("--frames", arguments.frames, "With --record: stop after so many")->needs("--record");
   app.add_flag("--print-config", arguments.print_config, "Print the configuration in force and stop");
   app.add_flag("--check-config", arguments.check_config, "Check the configuration and stop");
   app.set_version_flag("--version", "edge_agent " COMAP_VERSION);
@@ -310,7 +332,7 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : 2;
   }
   if (arguments.list_sources) {
-    for (const std::string& line : comap::knownSources()) std::printf("%s\n", line.c_str());
+    comap::listSources();
     return 0;
   }
   struct sigaction action {};

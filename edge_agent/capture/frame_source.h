@@ -1,10 +1,12 @@
 // Where RGB-D frames come from, one after the other.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <optional>
 #include <string>
 
+#include "edge_agent/capture/capture_health.h"
 #include "protocol/types/image.h"
 #include "protocol/types/result.h"
 
@@ -23,6 +25,15 @@ class FrameSource {
 
   /// What this is, for people: kind, place, range.
   virtual std::string description() const = 0;
+
+  /// A camera: frames come whether they are taken or not, and never end.
+  virtual bool live() const { return false; }
+
+  /// Waits up to `timeout` until next() would return at once, and says whether it would.
+  virtual bool ready(std::chrono::milliseconds /*timeout*/) { return true; }
+
+  /// How a camera does; nothing for a recording.
+  virtual std::optional<CaptureHealth> health() const { return std::nullopt; }
 };
 
 }  // namespace comap

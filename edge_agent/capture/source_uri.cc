@@ -50,8 +50,9 @@ Result<TumPlace> parseTumPlace(const std::string& text) {
   return place;
 }
 
-Result<std::unique_ptr<FrameSource>> openSource(const std::string& uri) {
+Result<std::unique_ptr<FrameSource>> openSource(const std::string& uri, const CameraConfig& camera, CaptureLog log) {
   const std::string scheme = schemeOf(uri);
+  if (isCameraScheme(scheme)) return openCamera(scheme, uri.substr(scheme.size() + 1), camera, std::move(log));
   if (!scheme.empty() && scheme != "tum") {
     std::string known;
     for (const auto& line : knownSources()) known += (known.empty() ? "" : "; ") + line;
@@ -63,7 +64,10 @@ Result<std::unique_ptr<FrameSource>> openSource(const std::string& uri) {
 }
 
 std::vector<std::string> knownSources() {
-  return {"tum:DIR[@FIRST:LAST] (a recorded sequence in the TUM RGB-D format; also plain DIR[@FIRST:LAST])"};
+  std::vector<std::string> lines{
+      "tum:DIR[@FIRST:LAST] (a recorded sequence in the TUM RGB-D format; also plain DIR[@FIRST:LAST])"};
+  for (std::string& line : cameraSchemes()) lines.push_back(std::move(line));
+  return lines;
 }
 
 }  // namespace comap

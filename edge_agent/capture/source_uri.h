@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "edge_agent/capture/camera_source.h"
 #include "edge_agent/capture/frame_source.h"
 #include "edge_agent/capture/tum_source.h"
 
@@ -19,9 +20,10 @@ struct TumPlace {
 /// under the whole name. kWrongUse if what follows the @ is not a range.
 Result<TumPlace> parseTumPlace(const std::string& text);
 
-/// Opens `tum:DIR[@FIRST:LAST]` or plain `DIR[@FIRST:LAST]`; the errors of openTum, and kWrongUse for an unknown
-/// scheme.
-Result<std::unique_ptr<FrameSource>> openSource(const std::string& uri);
+/// Opens `tum:DIR[@FIRST:LAST]`, plain `DIR[@FIRST:LAST]`, or a live camera (openCamera, which `camera` and `log` are
+/// for); the errors of openTum and openCamera, and kWrongUse for an unknown scheme.
+Result<std::unique_ptr<FrameSource>> openSource(const std::string& uri, const CameraConfig& camera = {},
+                                                CaptureLog log = nullptr);
 
 /// One line a known scheme: how to write it and what it is.
 std::vector<std::string> knownSources();

@@ -1,0 +1,32 @@
+// Live cameras by name.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "edge_agent/capture/camera_config.h"
+#include "edge_agent/capture/frame_source.h"
+#include "edge_agent/capture/video_calls.h"
+
+namespace comap {
+
+using CaptureLog = std::function<void(const std::string& line)>;
+
+/// Schemes of live cameras that this build can open; others are known by name, and refused with what is missing.
+bool isCameraScheme(const std::string& scheme);
+
+/// Opens `scheme:place`: `v4l2:COLOUR,DEPTH` (device files) or `pair:URI,URI` (colour, depth; each v4l2:DEVICE). Errors
+/// of openPaired and of the devices, which name the device.
+Result<std::unique_ptr<FrameSource>> openCamera(const std::string& scheme, const std::string& place,
+                                                const CameraConfig& config, CaptureLog log,
+                                                VideoCalls& calls = systemVideoCalls());
+
+/// One line a scheme: how to write it and what it is.
+std::vector<std::string> cameraSchemes();
+
+/// What is plugged in: a line a device, and indented below what it offers, or why it cannot be used.
+std::vector<std::string> camerasFound(VideoCalls& calls = systemVideoCalls());
+
+}  // namespace comap

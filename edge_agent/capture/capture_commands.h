@@ -1,0 +1,27 @@
+// What the command line does with a source besides tracking it.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+
+#include "edge_agent/capture/frame_source.h"
+
+namespace comap {
+
+using CaptureLog = std::function<void(const std::string& line)>;
+
+/// Prints the kinds of sources and the cameras that are plugged in to stdout.
+void listSources();
+
+/// Writes one frame, colour on the left and depth on the right (near red, far blue, none black), as PNG. Of a camera
+/// it is the tenth frame, when its exposure has settled. kUnreachable if none comes within 10 s, or FILE cannot be
+/// written.
+Result<void> preview(FrameSource& source, const std::string& file, const CaptureLog& log);
+
+/// Writes frames as a TUM-format folder until the source ends, there are `most` of them (0 = no limit), or `stop` says
+/// so. Damaged frames are told and left out. kWrongUse if the folder is not empty or nothing was recorded.
+Result<void> record(FrameSource& source, const std::string& directory, size_t most, const std::function<bool()>& stop,
+                    const CaptureLog& log);
+
+}  // namespace comap

@@ -1,0 +1,87 @@
+#include "edge_agent/capture/pair_matcher.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace comap {
+namespace {
+
+constexpr size_t kKept = 16;
+
+}  // namespace
+
+void PairMatcher::addColour(Picture picture) {
+  if (any_used_ && picture.stamp_ns <= used_colour_ns_) {
+    ++unpaired_;
+    return;
+  }
+  colour_.push_back(std::move(picture));
+  if (colour_.size() > kKept) passOver();
+}
+
+void PairMatcher::addDepth(Picture picture) {
+  const int64_t stamp_ns = picture.stamp_ns;
+  if (any_depth_ && stamp_ns > last_depth_ns_) {
+    const int64_t gap_ns = stamp_ns - last_depth_ns_;
+    // The shortest gap of late: pictures that were lost make it longer, nothing makes it shorter.
+    depth_period_ns_ = depth_period_ns_ == 0 ? gap_ns : std::min(gap_ns, depth_period_ns_ + depth_period_ns_ / 50);
+  }
+  any_depth_ = true;
+  last_depth_ns_ = stamp_ns;
+  if (any_used_ && stamp_ns <= used_depth_ns_) return;
+  depth_.push_back(std::move(picture));
+  if (depth_.size() > kKept) depth_.pop_front();
+}
+
+std::optional<size_t> PairMatcher::partner(int64_t stamp_ns) const {
+  std::optional<size_t> best;
+  int64_t best_gap_ns = max_gap_ns_;
+  for (size_t i = 0; i < depth_.size(); ++i) {
+    const int64_t gap_ns = std::abs(depth_[i].stamp_ns - stamp_ns);
+    if (gap_ns > best_gap_ns || (best && gap_ns == best_gap_ns)) continue;
+    best = i;
+    best_gap_ns = gap_ns;
+  }
+  return best;
+}
+
+std::optional<PairMatcher::Found> PairMatcher::newest() const {
+  for (size_t i = colour_.size(); i-- > 0;) {
+    const int64_t stamp_ns = colour_[i].stamp_ns;
+    const auto found = partner(stamp_ns);
+    if (!found) continue;
+    const int64_t behind_ns = stamp_ns - depth_[*found].stamp_ns;
+    const bool next_is_farther = depth_period_ns_ > 0 && 2 * behind_ns <= depth_period_ns_;
+    if (depth_.back().stamp_ns >= stamp_ns || next_is_farther) return Found{i, *found};
+  }
+  return std::nullopt;
+}
+
+void PairMatcher::passOver() {
+  if (partner(colour_.front().stamp_ns)) {
+    ++overtaken_;
+  } else {
+    ++unpaired_;
+  }
+  colour_.pop_front();
+}
+
+std::optional<PicturePair> PairMatcher::takeNewest() {
+  const auto found = newest();
+  if (!found) return std::nullopt;
+  for (size_t i = 0; i < found->colour; ++i) passOver();
+  PicturePair pair{std::move(colour_.front()), std::move(depth_[found->depth])};
+  colour_.pop_front();
+  depth_.erase(depth_.begin(), depth_.begin() + static_cast<std::ptrdiff_t>(found->depth) + 1);
+  any_used_ = true;
+  used_colour_ns_ = pair.colour.stamp_ns;
+  used_depth_ns_ = pair.depth.stamp_ns;
+  return pair;
+}
+
+void PairMatcher::clear() {
+  while (!colour_.empty()) passOver();
+  depth_.clear();
+}
+
+}  // namespace comap
