@@ -20,5 +20,6 @@ void addForgetVerb(CLI::App& app, int& exit_code);
 void addKeysVerb(CLI::App& app, int& exit_code);
 void addDoctorVerb(CLI::App& app, int& exit_code);
 void addRecoverVerb(CLI::App& app, int& exit_code);
+void addViewVerb(CLI::App& app, int& exit_code);
 
 }  // namespace comap
