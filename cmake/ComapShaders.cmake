@@ -18,7 +18,7 @@ function(comap_shaders name)
     set(common ${PROJECT_SOURCE_DIR}/shaders/${source})
     set(flags -V --target-env vulkan1.1 -g0 --quiet -I${PROJECT_SOURCE_DIR}/shaders)
     add_custom_command(
-      OUTPUT ${out}/${stem}.h
+      OUTPUT ${out}/${stem}.spv ${out}/${stem}.h  # the depfile is about the first
       COMMAND Vulkan::glslangValidator ${flags} --depfile ${out}/${stem}.d -o ${out}/${stem}.spv ${common}
       COMMAND ${SPIRV_VAL} --target-env vulkan1.1 ${out}/${stem}.spv
       COMMAND Vulkan::glslangValidator ${flags} --vn ${variable}Spirv -o ${out}/${stem}.h ${common}
