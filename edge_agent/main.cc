@@ -33,10 +33,11 @@ volatile sig_atomic_t g_stop = 0;
 using Tell = std::function<void()>;  // those who watch over this agent
 
 struct Arguments {
-  std::string config, source, robot, site, interface_address, keys, report, outbox, log_format, trace, preview, record;
+  std::string config, source, robot, site, interface_address, keys, report, outbox, log_format, trace, status_address,
+      preview, record;
   int domain = -1, threads = 0, status_port = -1;
   bool insecure = false, realtime = false, offline = false, deliver = false, list_sources = false, print_config = false,
-       check_config = false;
+       check_config = false, health = false;
   int patience_s = 60;
   size_t frames = 0;  // to record; 0 = until it is stopped
 };
@@ -75,6 +76,7 @@ Result<AgentConfig> configure(const Arguments& arguments) {
   config.link.robot = config.robot;
   if (arguments.status_port >= 0) config.telemetry.status_port = arguments.status_port;
   if (!arguments.log_format.empty()) config.telemetry.log_format = arguments.log_format;
+  if (!arguments.status_address.empty()) config.telemetry.status_address = arguments.status_address;
   config.telemetry.trace = arguments.trace;
   config.link.notice = [name = config.robot, log = makeLog(config.telemetry, "edge_agent")](const std::string& line) {
     log.info(name + ": " + line);
@@ -234,6 +236,7 @@ int run(const Arguments& arguments) {
     return 0;
   }
   if (arguments.check_config) return 0;
+  if (arguments.health) return askHealth(config->telemetry, lines);
   if (auto writable = checkFolderOf(arguments.report); !writable) return failWith(writable.error());
   auto telemetry = Telemetry::start(config->telemetry);
   if (!telemetry) return failWith(telemetry.error());
@@ -309,6 +312,8 @@ int main(int argc, char** argv) {
                  "Folder for keyframes until the core has them, or the word memory: lost with the process");
   app.add_option("--status-port", arguments.status_port, "Port of /metrics, /healthz and /readyz; 0: none")
       ->check(CLI::Range(0, 65535));
+  app.add_option("--status-address", arguments.status_address, "Address where it listens; 127.0.0.1 unless told");
+  app.add_flag("--health", arguments.health, "Ask the status page of the one that runs whether it is well, and stop");
   app.add_option("--log-format", arguments.log_format, "Lines on stderr as text or json")
       ->check(CLI::IsMember({"text", "json"}));
   app.add_option("--trace", arguments.trace, "Write when each stage of the work ran to this file, for ui.perfetto.dev");

@@ -21,9 +21,9 @@ namespace {
 volatile sig_atomic_t g_stop = 0;
 
 struct Arguments {
-  std::string config, store, device, site, interface_address, keys, report, log_format, trace;
+  std::string config, store, device, site, interface_address, keys, report, log_format, trace, status_address;
   int domain = -1, status_port = -1;
-  bool insecure = false, list_devices = false, print_config = false, check_config = false;
+  bool insecure = false, list_devices = false, print_config = false, check_config = false, health = false;
 };
 
 int failWith(const Error& error, const Log& log = Log(LogFormat::kText, "mapping_core")) {
@@ -56,6 +56,7 @@ Result<CoreConfig> configure(const Arguments& arguments) {
   config.link.insecure = config.link.insecure || arguments.insecure;
   if (arguments.status_port >= 0) config.telemetry.status_port = arguments.status_port;
   if (!arguments.log_format.empty()) config.telemetry.log_format = arguments.log_format;
+  if (!arguments.status_address.empty()) config.telemetry.status_address = arguments.status_address;
   config.telemetry.trace = arguments.trace;
   config.link.role = LinkRole::kCore;
   config.link.notice = [log = makeLog(config.telemetry, "mapping_core")](const std::string& line) { log.info(line); };
@@ -104,6 +105,7 @@ int run(const Arguments& arguments) {
     return 0;
   }
   if (arguments.check_config) return 0;
+  if (arguments.health) return askHealth(config->telemetry, log);
   if (auto writable = checkFolderOf(arguments.report); !writable) return failWith(writable.error());
   if (auto checked = checkDdsOptions(config->link); !checked) return failWith(checked.error());
   if (auto alone = checkAlone(config->link); !alone) return failWith(alone.error());
@@ -156,6 +158,8 @@ int main(int argc, char** argv) {
   app.add_option("--report", arguments.report, "Write what was done to this JSON file at the end");
   app.add_option("--status-port", arguments.status_port, "Port of /metrics, /healthz and /readyz; 0: none")
       ->check(CLI::Range(0, 65535));
+  app.add_option("--status-address", arguments.status_address, "Address where it listens; 127.0.0.1 unless told");
+  app.add_flag("--health", arguments.health, "Ask the status page of the one that runs whether it is well, and stop");
   app.add_option("--log-format", arguments.log_format, "Lines on stderr as text or json")
       ->check(CLI::IsMember({"text", "json"}));
   app.add_option("--trace", arguments.trace, "Write when each stage of the work ran to this file, for ui.perfetto.dev");

@@ -52,6 +52,14 @@ struct StatusServer::Page {
 
 namespace {
 
+// The library counts its users.
+struct StatusLibrary {
+  StatusLibrary() { mg_init_library(0); }
+  ~StatusLibrary() { mg_exit_library(); }
+  StatusLibrary(const StatusLibrary&) = delete;
+  StatusLibrary& operator=(const StatusLibrary&) = delete;
+};
+
 const char* reasonOf(int status) {
   switch (status) {
     case 200:
@@ -132,6 +140,27 @@ void StatusServer::publish(std::string metrics, Readiness readiness) {
   page_->metrics = std::move(metrics);
   page_->readiness = std::move(readiness);
   page_->published = Clock::now();
+}
+
+Result<std::string> askStatus(const std::string& address, int port, const std::string& path) {
+  constexpr size_t kMostBytes = 1u << 20;
+  // What listens on all interfaces answers on loopback.
+  const std::string host = address == "0.0.0.0" ? "127.0.0.1" : address;
+  const std::string where = "http://" + host + ":" + std::to_string(port) + path;
+  const StatusLibrary library;
+  std::array<char, 256> error{};
+  mg_connection* connection = mg_download(host.c_str(), port, 0, error.data(), error.size(),
+                                          "GET %s HTTP/1.0\r\nHost: %s\r\n\r\n", path.c_str(), host.c_str());
+  if (connection == nullptr) return Error{ErrorCode::kUnreachable, where + ": " + error.data()};
+  const int status = mg_get_response_info(connection)->status_code;
+  std::string body;
+  std::array<char, 4096> part;
+  for (int n = 0; body.size() < kMostBytes && (n = mg_read(connection, part.data(), part.size())) > 0;)
+    body.append(part.data(), static_cast<size_t>(n));
+  mg_close_connection(connection);
+  while (!body.empty() && body.back() == '\n') body.pop_back();
+  if (status != 200) return Error{ErrorCode::kProblem, where + ": " + body};
+  return body;
 }
 
 }  // namespace comap

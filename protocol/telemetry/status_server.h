@@ -42,4 +42,8 @@ class StatusServer {
   int port_ = 0;
 };
 
+/// What a running program answers to `path` on its status page; kProblem if that is not status 200, kUnreachable if
+/// there is no answer.
+Result<std::string> askStatus(const std::string& address, int port, const std::string& path);
+
 }  // namespace comap

@@ -28,6 +28,20 @@ Log makeLog(const TelemetryOptions& options, const std::string& program) {
   return Log(options.log_format == "json" ? LogFormat::kJson : LogFormat::kText, program);
 }
 
+int askHealth(const TelemetryOptions& options, const Log& log) {
+  if (options.status_port == 0) {
+    log.error("no status page: give --status-port or status.port, as to the program that is asked");
+    return exitCodeOf(ErrorCode::kWrongUse);
+  }
+  const auto answer = askStatus(options.status_address, options.status_port, "/healthz");
+  if (!answer) {
+    log.error(answer.error().text);
+    return exitCodeOf(answer.error().code);
+  }
+  std::printf("%s\n", answer->c_str());
+  return 0;
+}
+
 Result<Telemetry> Telemetry::start(const TelemetryOptions& options) {
   Telemetry telemetry;
   if (!options.trace.empty())

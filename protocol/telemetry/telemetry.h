@@ -26,6 +26,10 @@ void readTelemetryOptions(ConfigReader& reader, TelemetryOptions& options);
 /// The same sections as commented YAML.
 std::string printTelemetryOptions(const TelemetryOptions& options);
 
+/// Asks the status page of a program that runs with these options whether it is well. Prints what it says.
+/// Returns the exit code: 0 well, 1 not, 2 it has no status page, 3 no answer.
+int askHealth(const TelemetryOptions& options, const Log& log);
+
 Log makeLog(const TelemetryOptions& options, const std::string& program);
 
 /// Thread rule: one thread.

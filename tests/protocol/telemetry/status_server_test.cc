@@ -84,6 +84,21 @@ TEST(StatusServer, ManyReadersAtOnceWhileReportsCome) {
   for (const int count : good) EXPECT_EQ(count, 20);
 }
 
+TEST(StatusServer, AProgramCanBeAskedByAnother) {
+  const auto server = serve();
+  server->publish("x 1\n", {false, "warming up"});
+  const auto health = askStatus("127.0.0.1", server->port(), "/healthz");
+  ASSERT_TRUE(health) << health.error().text;
+  EXPECT_EQ(nlohmann::json::parse(*health).at("healthy"), true);
+  const auto ready = askStatus("0.0.0.0", server->port(), "/readyz");
+  ASSERT_FALSE(ready);
+  EXPECT_EQ(ready.error().code, ErrorCode::kProblem);
+  EXPECT_NE(ready.error().text.find("warming up"), std::string::npos) << ready.error().text;
+  const auto nobody = askStatus("127.0.0.1", 1, "/healthz");
+  ASSERT_FALSE(nobody);
+  EXPECT_EQ(nobody.error().code, ErrorCode::kUnreachable);
+}
+
 TEST(StatusServer, APortInUseIsSaid) {
   const auto first = serve();
   const auto second = StatusServer::start("127.0.0.1", first->port());
