@@ -48,9 +48,12 @@ Result<void> PaperCore::playRound(const std::vector<std::optional<Frame>>& frame
   for (uint32_t i = 0; i < cameras_.size(); ++i) {
     if (!frames[i]) continue;
     PaperCamera& camera = cameras_[i];
-    auto step = mapper_.step(frameOf(i), camera, owners_, *frames[i], tick_);
+    auto step = mapper_.step(frameOf(i), cameras_, i, owners_, *frames[i], tick_);
     if (!step) return Error{step.error().code, "camera " + camera.name + ": " + step.error().text};
     if (step->lost) log_(fmt::format("tick {}: camera {} could not be tracked", tick_, camera.name));
+    if (step->local_loop || step->global_loop)
+      log_(fmt::format("tick {}: camera {} closed a {} loop", tick_, camera.name,
+                       step->local_loop ? "local" : "global"));
     PaperFrameRecord record;
     record.tick = tick_;
     record.camera = i;

@@ -47,10 +47,11 @@ struct DeformationOptions {
 
 struct PaperOptions {
   FusionParameters fusion{.depth_min_m = 0.3f, .depth_max_m = 5.0f, .stable_confidence = 10.0f, .unstable_timeout = 20};
-  uint32_t active_window = 200;   ///< ticks
-  double uniform_sigma_m = 0.01;  ///< of depth residuals, where all weigh alike
-  double dense_share = 0.75;      ///< of the prediction; below it tracking uses the filled view
-  double largest_step_m = 0.3;    ///< between frames; what moves farther keeps the old pose
+  uint32_t active_window = 200;              ///< ticks
+  double uniform_photometric_weight = 0.07;  ///< beside it: as much as the published 1 : 100
+  double uniform_sigma_m = 0.02;             ///< of depth residuals, where all weigh alike
+  double dense_share = 0.75;                 ///< of the prediction; below it tracking uses the filled view
+  double largest_step_m = 0.3;               ///< between frames; what moves farther keeps the old pose
   ClosureGates closure;
   FernOptions ferns;
   DeformationOptions graph;

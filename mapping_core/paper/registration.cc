@@ -66,7 +66,10 @@ bool passes(const Fit& fit, const ClosureGates& gates, const CameraModel& camera
 }
 
 Registrar::Registrar(const PaperOptions& options) {
-  if (!options.fixes.noise_weights) noise_ = {static_cast<float>(options.uniform_sigma_m), 0};
+  if (!options.fixes.noise_weights) {
+    noise_ = {static_cast<float>(options.uniform_sigma_m), 0};
+    options_.photometric_weight = static_cast<float>(options.uniform_photometric_weight);
+  }
   options_.iterations = {4, 5, 10};
   options_.distance_gate_m = kDistance_m;
   options_.coarse_gate_m = kDistance_m;

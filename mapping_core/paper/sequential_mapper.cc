@@ -2,10 +2,14 @@
 
 #include <chrono>
 
+#include "mapping_core/paper/global_loop.h"
+#include "mapping_core/paper/local_loop.h"
+
 namespace comap {
 namespace {
 
 constexpr int kLevels = 4;
+constexpr double kLeastInactive = 0.08;  // of the picture: fewer pixels than a local loop asks for
 
 class StageClock {
  public:
@@ -26,8 +30,9 @@ class StageClock {
 SequentialMapper::SequentialMapper(const PaperOptions& options, const FernBook& book)
     : options_(options), book_(book), registrar_(options) {}
 
-Result<StepReport> SequentialMapper::step(ReferenceFrame& frame, PaperCamera& camera, std::vector<FrameTime>& owners,
-                                          const Frame& image, uint32_t tick) {
+Result<StepReport> SequentialMapper::step(ReferenceFrame& frame, std::vector<PaperCamera>& cameras, uint32_t index,
+                                          std::vector<FrameTime>& owners, const Frame& image, uint32_t tick) {
+  PaperCamera& camera = cameras[index];
   StepReport report;
   StageClock clock;
   Pyramid live;
@@ -37,6 +42,12 @@ Result<StepReport> SequentialMapper::step(ReferenceFrame& frame, PaperCamera& ca
   if (!camera.log.empty()) track(camera, live, report);
   camera.live = std::move(live);
   report.ms.track = clock.lap();
+
+  if (!report.lost && !camera.log.empty()) {
+    const LoopContext context{frame, cameras, camera, owners, options_, registrar_, tick};
+    if (auto done = closeLoops(context, image, report); !done) return done.error();
+  }
+  report.ms.loop = clock.lap();
 
   if (!report.lost) {
     if (auto done = fuse(frame, camera, owners, image, tick); !done) return done.error();
@@ -65,6 +76,29 @@ void SequentialMapper::track(PaperCamera& camera, const Pyramid& live, StepRepor
       !options_.fixes.check_tracking || (found.inlier_ratio > kInlierRatio && found.photometric_median < kPhotometric);
   report.lost = !believed || !checked;
   if (!report.lost) camera.T_map_cam = camera.T_map_cam * found.T_ref_cur;
+}
+
+Result<void> SequentialMapper::closeLoops(const LoopContext& context, const Frame& image, StepReport& report) {
+  const PaperCamera& camera = context.camera;
+  const ActiveRegion region(context.frame.map, camera, options_, context.tick);
+  const bool may_be_global = mayCloseGlobalLoop(context);
+  const auto inactive = region.inactiveShare(camera.T_map_cam);
+  if (!inactive) return inactive.error();
+  const bool may_be_local = *inactive > kLeastInactive;
+  if (!may_be_global && !may_be_local) return {};
+  auto active = region.predictActive(camera.T_map_cam);
+  if (!active) return active.error();
+  if (may_be_global) {
+    const FilledView filled = fillView(active->view, image, options_.fusion.depth_min_m, options_.fusion.depth_max_m);
+    const auto global = closeGlobalLoop(context, fernViewOf(book_, filled, camera.model));
+    if (!global) return global.error();
+    report.global_loop = global->closed;
+  }
+  if (report.global_loop || !may_be_local) return {};
+  const auto local = closeLocalLoop(context, *active);
+  if (!local) return local.error();
+  report.local_loop = local->closed;
+  return {};
 }
 
 Result<void> SequentialMapper::fuse(ReferenceFrame& frame, PaperCamera& camera, std::vector<FrameTime>& owners,

@@ -1,7 +1,7 @@
 // One frame of one camera into the map of its frame of reference: track, close loops, fuse, predict, remember.
 #pragma once
 
-#include "mapping_core/paper/active_region.h"
+#include "mapping_core/paper/loop_context.h"
 
 namespace comap {
 
@@ -24,14 +24,16 @@ class SequentialMapper {
  public:
   SequentialMapper(const PaperOptions& options, const FernBook& book);
 
-  /// `owners` tells every surfel's creation by its owner; this frame's is added. Errors are those of the device.
-  Result<StepReport> step(ReferenceFrame& frame, PaperCamera& camera, std::vector<FrameTime>& owners,
-                          const Frame& image, uint32_t tick);
+  /// The next frame of camera `index`, which moves in `frame`. `owners` tells every surfel's creation by its owner;
+  /// this frame's is added. Errors are those of the device.
+  Result<StepReport> step(ReferenceFrame& frame, std::vector<PaperCamera>& cameras, uint32_t index,
+                          std::vector<FrameTime>& owners, const Frame& image, uint32_t tick);
 
   Registrar& registrar() { return registrar_; }
 
  private:
   void track(PaperCamera& camera, const Pyramid& live, StepReport& report);
+  Result<void> closeLoops(const LoopContext& context, const Frame& image, StepReport& report);
   Result<void> fuse(ReferenceFrame& frame, PaperCamera& camera, std::vector<FrameTime>& owners, const Frame& image,
                     uint32_t tick);
   Result<void> predict(ReferenceFrame& frame, PaperCamera& camera, const Frame& image, uint32_t tick);

@@ -1,0 +1,156 @@
+// Loops that a camera closes on the inactive part of its map: drift goes, no second wall stays, and another camera's
+// live area is such a part too.
+#include "mapping_core/paper/local_loop.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numbers>
+
+#include "mapping_core/paper/paper_core.h"
+#include "mapping_core/paper/sequential_mapper.h"
+#include "mapping_core/surfels/surfel_pool.h"
+#include "tests/mapping_core/gpu/test_device.h"
+#include "tests/scenes/scene.h"
+
+namespace comap {
+namespace {
+
+const CameraModel kCamera = smallCamera();
+
+PaperOptions quickOptions() {
+  PaperOptions options;
+  options.active_window = 12;
+  options.fusion.stable_confidence = 3;
+  options.graph.stride = 400;
+  return options;
+}
+
+// A map fused at given poses, whatever the truth is.
+struct Workshop {
+  Workshop(gpu::Device& device, const PaperOptions& chosen, uint32_t camera_count)
+      : options(chosen),
+        pool(*SurfelPool::create(device, 0, true)),
+        frame{"a", TimedSurfelMap(pool, options.fusion), FernMemory(options.ferns)},
+        registrar(options) {
+    for (uint32_t i = 0; i < camera_count; ++i) {
+      PaperCamera camera;
+      camera.index = i;
+      camera.model = kCamera;
+      cameras.push_back(camera);
+    }
+  }
+
+  void fuse(uint32_t camera, const Pose& T_true, const Pose& T_believed) {
+    const Frame image = scene.render(kCamera, T_true);
+    owners.push_back({camera, tick});
+    ASSERT_TRUE(frame.map.fuse(kCamera, image.colour, image.depth, T_believed, static_cast<uint32_t>(owners.size()) - 1,
+                               {SeenBy::kActive, camera, tick, options.active_window}));
+    cameras[camera].T_map_cam = T_believed;
+    cameras[camera].log.push_back({tick, 0, T_believed});
+  }
+
+  LoopReport close(uint32_t camera) {
+    const LoopContext context{frame, cameras, cameras[camera], owners, options, registrar, tick};
+    const ActiveRegion region(frame.map, cameras[camera], options, tick);
+    const auto active = region.predictActive(cameras[camera].T_map_cam);
+    EXPECT_TRUE(active);
+    const auto report = closeLocalLoop(context, *active);
+    EXPECT_TRUE(report);
+    return *report;
+  }
+
+  // Distances from the true surface of stable surfels that the camera looks at.
+  std::vector<double> missesInView(const Pose& T_true) const {
+    std::vector<double> misses;
+    const auto surfels = frame.map.download();
+    for (const TimedSurfel& one : *surfels) {
+      if (one.surfel.confidence < options.fusion.stable_confidence) continue;
+      const Eigen::Vector3d x = one.surfel.position.cast<double>(), p = T_true.inverse() * x;
+      if (p.z() < 0.3 || p.z() > options.fusion.depth_max_m) continue;
+      const Eigen::Vector2d at = kCamera.project(p);
+      if (at.x() < 20 || at.y() < 20 || at.x() > kCamera.width - 21 || at.y() > kCamera.height - 21) continue;
+      misses.push_back(scene.distanceTo(x));
+    }
+    std::sort(misses.begin(), misses.end());
+    return misses;
+  }
+
+  Scene scene = Scene::room();
+  PaperOptions options;
+  std::shared_ptr<SurfelPool> pool;
+  ReferenceFrame frame;
+  std::vector<PaperCamera> cameras;
+  std::vector<FrameTime> owners;
+  Registrar registrar;
+  uint32_t tick = 1;
+};
+
+Pose turned(double yaw_deg) {
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(yaw_deg * std::numbers::pi / 180, Eigen::Vector3d::UnitY())),
+          Eigen::Vector3d::Zero()};
+}
+
+TEST(LocalLoop, TenCentimetresOfDriftCloseWithoutADoubleWall) {
+  COMAP_DEVICE_OR_SKIP(device);
+  Workshop shop(device, quickOptions(), 1);
+  // Once around on the spot; drift grows evenly to 10 cm, aslant to the walls.
+  constexpr int kSteps = 60;
+  const Eigen::Vector3d drift(0.055, 0.03, 0.078);
+  ASSERT_NEAR(drift.norm(), 0.10, 0.001);
+  const auto drifted = [&](int i) {
+    return Pose(Eigen::Quaterniond::Identity(), drift * std::min(1.0, i / static_cast<double>(kSteps))) *
+           turned(6.0 * i);
+  };
+  for (int i = 0; i < kSteps + 6; ++i, ++shop.tick) shop.fuse(0, turned(6.0 * i), drifted(i));
+  --shop.tick;
+  const Pose truth = turned(6.0 * (kSteps + 5));
+  const auto before = shop.missesInView(truth);
+  ASSERT_GT(before[before.size() * 9 / 10], 0.03) << "there is a second wall to get rid of";
+
+  const ActiveRegion region(shop.frame.map, shop.cameras[0], shop.options, shop.tick);
+  ASSERT_GT(*region.inactiveShare(shop.cameras[0].T_map_cam), 0.8);
+  const LoopReport report = shop.close(0);
+  ASSERT_TRUE(report.closed);
+  EXPECT_LT((shop.cameras[0].T_map_cam.translation() - truth.translation()).norm(), 0.015);
+  const auto after = shop.missesInView(truth);
+  EXPECT_LT(after[after.size() / 2], 0.006);
+  EXPECT_LT(after[after.size() * 99 / 100], 0.03);
+  EXPECT_LT(after[after.size() * 9 / 10], before[before.size() * 9 / 10] / 3);
+  // What the camera sees is active now, so that fusion takes old and new for one; where it has come into view only
+  // lately there is no stable surface yet to tell by.
+  EXPECT_LT(*region.inactiveShare(shop.cameras[0].T_map_cam), 0.3);
+}
+
+TEST(LocalLoop, AnotherCamerasLiveAreaIsClosedOntoByThisCameraAlone) {
+  COMAP_DEVICE_OR_SKIP(device);
+  Workshop shop(device, quickOptions(), 2);
+  // Both look at the same wall at the same time; b believes itself 3 cm off.
+  const Pose offset(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.02, 0, 0.022));
+  const auto a_at = [](uint32_t i) { return turned(0.5 * i); };
+  const auto b_at = [](uint32_t i) { return turned(8 - 0.5 * i); };
+  for (uint32_t i = 0; i < 8; ++i, ++shop.tick) {
+    shop.fuse(0, a_at(i), a_at(i));
+    shop.fuse(1, b_at(i), offset * b_at(i));
+  }
+  --shop.tick;
+  const ActiveRegion a(shop.frame.map, shop.cameras[0], shop.options, shop.tick);
+  const ActiveRegion b(shop.frame.map, shop.cameras[1], shop.options, shop.tick);
+  EXPECT_GT(*b.inactiveShare(shop.cameras[1].T_map_cam), 0.5) << "what a is working on right now is inactive for b";
+
+  const Pose a_before = shop.cameras[0].T_map_cam;
+  const double a_share_before = *a.inactiveShare(a_before);
+  const LoopReport report = shop.close(1);
+  ASSERT_TRUE(report.closed);
+  EXPECT_LT((shop.cameras[1].T_map_cam.translation() - b_at(7).translation()).norm(), 0.006);
+  EXPECT_LT(*b.inactiveShare(shop.cameras[1].T_map_cam), 0.08) << "b has both surfaces active now";
+  EXPECT_EQ(shop.cameras[0].T_map_cam.matrix(), a_before.matrix());
+  EXPECT_GT(*a.inactiveShare(a_before), 0.8 * a_share_before) << "for a, what b made stays inactive";
+  // With times of the map instead of the camera's there would be nothing to close onto: all of it is fresh.
+  const auto surfels = shop.frame.map.download();
+  for (const TimedSurfel& one : *surfels)
+    EXPECT_GE(*std::max_element(one.seen.begin(), one.seen.end()) + shop.options.active_window, shop.tick);
+}
+
+}  // namespace
+}  // namespace comap
