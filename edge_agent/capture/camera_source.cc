@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include "edge_agent/capture/openni2.h"
 #include "edge_agent/capture/paired_source.h"
 
 namespace comap {
@@ -11,15 +12,11 @@ struct StreamName {
   std::string scheme, place;
 };
 
-// One of the two streams of a pair: its scheme may be left out where the pair's own tells it.
+// One of the two streams of a pair.
 Result<StreamName> parseStream(const std::string& text) {
   const size_t colon = text.find(':');
   if (colon == std::string::npos) return Error{ErrorCode::kWrongUse, "stream '" + text + "' is not SCHEME:PLACE"};
-  StreamName name{text.substr(0, colon), text.substr(colon + 1)};
-  if (name.scheme != "v4l2")
-    return Error{ErrorCode::kWrongUse, "stream '" + text + "': scheme '" + name.scheme + "' gives no single stream"};
-  if (name.place.empty()) return Error{ErrorCode::kWrongUse, "stream '" + text + "' names no device"};
-  return name;
+  return StreamName{text.substr(0, colon), text.substr(colon + 1)};
 }
 
 StreamOpener v4l2Opener(VideoCalls& calls, const std::string& path, PictureKind kind, const CameraConfig& config) {
@@ -34,6 +31,15 @@ StreamOpener v4l2Opener(VideoCalls& calls, const std::string& path, PictureKind 
   return [&calls, path, wish, controls] { return openV4l2(calls, path, wish, controls); };
 }
 
+Result<StreamOpener> openerOf(VideoCalls& calls, const StreamName& name, PictureKind kind, const CameraConfig& config) {
+  const std::string text = name.scheme + ":" + name.place;
+  if (name.scheme == "openni2") return openOpenNi2Stream(name.place, kind, config);
+  if (name.scheme != "v4l2")
+    return Error{ErrorCode::kWrongUse, "stream '" + text + "': scheme '" + name.scheme + "' gives no single stream"};
+  if (name.place.empty()) return Error{ErrorCode::kWrongUse, "stream '" + text + "' names no device"};
+  return v4l2Opener(calls, name.place, kind, config);
+}
+
 PairedOptions pairedOptions(const CameraConfig& config, CaptureLog log) {
   PairedOptions options;
   options.rig = config.rig;
@@ -44,32 +50,49 @@ PairedOptions pairedOptions(const CameraConfig& config, CaptureLog log) {
   return options;
 }
 
+Result<std::unique_ptr<FrameSource>> openOpenNi2Source(const std::string& place, const CameraConfig& config,
+                                                       CaptureLog log) {
+  if (place.ends_with(".oni")) return openOniFile(place, config);
+  auto camera = openOpenNi2(place, config);
+  if (!camera) return camera.error();
+  PairedOptions options = pairedOptions(config, std::move(log));
+  options.rig = camera->rig;
+  options.depth_is_registered = camera->depth_is_registered;
+  return openPaired(std::move(camera->colour), std::move(camera->depth), std::move(options));
+}
+
 }  // namespace
 
-bool isCameraScheme(const std::string& scheme) { return scheme == "v4l2" || scheme == "pair"; }
+bool isCameraScheme(const std::string& scheme) { return scheme == "v4l2" || scheme == "pair" || scheme == "openni2"; }
 
 Result<std::unique_ptr<FrameSource>> openCamera(const std::string& scheme, const std::string& place,
                                                 const CameraConfig& config, CaptureLog log, VideoCalls& calls) {
+  if (scheme == "openni2") return openOpenNi2Source(place, config, std::move(log));
   const size_t comma = place.find(',');
-  if (comma == std::string::npos || comma == 0 || comma + 1 == place.size())
+  if (comma == std::string::npos || comma == 0 || (scheme == "v4l2" && comma + 1 == place.size()))
     return Error{ErrorCode::kWrongUse, scheme + ":" + place + " does not name two streams, as " + scheme +
                                            (scheme == "pair" ? ":COLOUR_URI,DEPTH_URI" : ":COLOUR,DEPTH")};
   const std::string prefix = scheme == "pair" ? std::string() : scheme + ":";
-  auto colour = parseStream(prefix + place.substr(0, comma));
+  const auto colour = parseStream(prefix + place.substr(0, comma));
   if (!colour) return colour.error();
-  auto depth = parseStream(prefix + place.substr(comma + 1));
+  const auto depth = parseStream(prefix + place.substr(comma + 1));
   if (!depth) return depth.error();
-  if (colour->place == depth->place)
+  if (colour->scheme == depth->scheme && colour->place == depth->place)
     return Error{ErrorCode::kWrongUse, scheme + ":" + place + " names one device for both colour and depth"};
-  return openPaired(v4l2Opener(calls, colour->place, PictureKind::kColour, config),
-                    v4l2Opener(calls, depth->place, PictureKind::kDepth, config),
-                    pairedOptions(config, std::move(log)));
+  auto open_colour = openerOf(calls, *colour, PictureKind::kColour, config);
+  if (!open_colour) return open_colour.error();
+  auto open_depth = openerOf(calls, *depth, PictureKind::kDepth, config);
+  if (!open_depth) return open_depth.error();
+  return openPaired(std::move(*open_colour), std::move(*open_depth), pairedOptions(config, std::move(log)));
 }
 
 std::vector<std::string> cameraSchemes() {
+  const char* const absence = hasOpenNi2() ? "" : ": not in this build, libopenni2-dev was missing";
   return {"v4l2:COLOUR,DEPTH (two device files of a camera, such as v4l2:/dev/video2,/dev/video0)",
           "pair:COLOUR_URI,DEPTH_URI (any colour stream with any depth stream, such as "
-          "pair:v4l2:/dev/video4,v4l2:/dev/video0)"};
+          "pair:v4l2:/dev/video4,openni2:)",
+          std::string("openni2:URI (a camera that OpenNI2 opens, any if URI is empty)") + absence,
+          std::string("openni2:FILE.oni (a recording of OpenNI2)") + absence};
 }
 
 std::vector<std::string> camerasFound(VideoCalls& calls) {
@@ -90,6 +113,7 @@ std::vector<std::string> camerasFound(VideoCalls& calls) {
     for (const VideoMode& mode : offer->modes)
       lines.push_back("  " + toString(mode) + (mode.format ? "" : " (not understood here)"));
   }
+  for (std::string& line : openNi2Found()) lines.push_back(std::move(line));
   return lines;
 }
 

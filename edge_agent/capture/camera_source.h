@@ -17,8 +17,9 @@ using CaptureLog = std::function<void(const std::string& line)>;
 /// Schemes of live cameras that this build can open; others are known by name, and refused with what is missing.
 bool isCameraScheme(const std::string& scheme);
 
-/// Opens `scheme:place`: `v4l2:COLOUR,DEPTH` (device files) or `pair:URI,URI` (colour, depth; each v4l2:DEVICE). Errors
-/// of openPaired and of the devices, which name the device.
+/// Opens `scheme:place`: `v4l2:COLOUR,DEPTH` (device files), `openni2:URI`, `openni2:FILE.oni` (a recording) or
+/// `pair:URI,URI` (colour, depth; each v4l2:DEVICE or openni2:URI). Errors of openPaired and of the devices, which name
+/// the device.
 Result<std::unique_ptr<FrameSource>> openCamera(const std::string& scheme, const std::string& place,
                                                 const CameraConfig& config, CaptureLog log,
                                                 VideoCalls& calls = systemVideoCalls());
