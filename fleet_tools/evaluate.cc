@@ -5,6 +5,7 @@
 #include <fstream>
 #include <set>
 
+#include "fleet_tools/evaluate_paper.h"
 #include "fleet_tools/surface_seen.h"
 #include "mapping_core/store/map_store.h"
 #include "protocol/codec/keyframe_codec.h"
@@ -169,6 +170,12 @@ Result<RunEvaluation> evaluateRun(const std::string& run, const RunTruth& truth,
     }
   }
   if (auto surface = evaluateSurface(run, truth, threads, evaluation); !surface) return surface.error();
+  if (const auto mode = report->find("mode"); mode != report->end() && *mode == "paper") {
+    auto merges = evaluatePaperMerges(*report, truth.trajectories);
+    if (!merges) return Error{merges.error().code, reportPath(run) + ": " + merges.error().text};
+    evaluation.closures = *merges;
+    return evaluation;
+  }
   const std::string store = storePath(run);
   std::error_code problem;
   if (!fs::exists(store, problem)) {

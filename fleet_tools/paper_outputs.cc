@@ -71,6 +71,31 @@ Json robotJson(PaperCore& core, const PaperRobot& robot, uint32_t camera) {
           {"map", core.frameOf(camera).name}};
 }
 
+// Of the frame that a camera had at a tick; 0 if it had none.
+int64_t stampAt(const PaperCamera& camera, uint32_t tick) {
+  const auto found = std::find_if(camera.log.begin(), camera.log.end(), [&](const auto& p) { return p.tick == tick; });
+  return found == camera.log.end() ? 0 : found->stamp_ns;
+}
+
+Json mergeJson(const PaperCore& core, const PaperMerge& merge, size_t number) {
+  const auto& cameras = core.cameras();
+  const auto asking =
+      std::find_if(cameras.begin(), cameras.end(), [&](const auto& c) { return c.name == merge.camera; });
+  return {{"number", number},
+          {"tick", merge.tick},
+          {"kept", merge.kept},
+          {"absorbed", merge.absorbed},
+          {"robots", merge.cameras},
+          {"T_kept_absorbed", poseJson(merge.T_kept_absorbed)},
+          {"query", {{"robot", merge.camera}, {"stamp_ns", stampAt(*asking, merge.tick)}}},
+          {"place",
+           {{"robot", cameras[merge.place.camera].name},
+            {"stamp_ns", stampAt(cameras[merge.place.camera], merge.place.tick)}}},
+          {"T_place_query", poseJson(merge.T_place_cam)},
+          {"inliers", merge.fit.inliers},
+          {"rms_m", merge.fit.rms_m}};
+}
+
 Json reportJson(PaperCore& core, const PaperOutcome& outcome) {
   Json report;
   report["mode"] = "paper";
@@ -84,15 +109,7 @@ Json reportJson(PaperCore& core, const PaperOutcome& outcome) {
                               {"places", map->ferns.places().size()}});
   report["merges"] = Json::array();
   for (const PaperMerge& merge : core.merges())
-    report["merges"].push_back({{"number", report["merges"].size() + 1},
-                                {"tick", merge.tick},
-                                {"kept", merge.kept},
-                                {"absorbed", merge.absorbed},
-                                {"robots", merge.cameras},
-                                {"camera", merge.camera},
-                                {"T_kept_absorbed", poseJson(merge.T_kept_absorbed)},
-                                {"inliers", merge.fit.inliers},
-                                {"rms_m", merge.fit.rms_m}});
+    report["merges"].push_back(mergeJson(core, merge, report["merges"].size() + 1));
   const auto& records = core.records();
   const auto count = [&](bool PaperFrameRecord::*flag) {
     return std::count_if(records.begin(), records.end(), [&](const auto& r) { return r.*flag; });

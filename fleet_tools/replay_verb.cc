@@ -2,23 +2,21 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <memory>
 #include <set>
 
 #include "edge_agent/capture/source_uri.h"
+#include "fleet_tools/compare.h"
 #include "fleet_tools/fail.h"
 #include "fleet_tools/replay.h"
+#include "fleet_tools/replay_compare.h"
+#include "fleet_tools/run_folder.h"
 #include "fleet_tools/run_outputs.h"
 #include "fleet_tools/verb.h"
-#include "mapping_core/store/store_lock.h"
 
 namespace comap {
 namespace {
-
-constexpr const char* kRunMark = "/.comap-run";
 
 const std::map<std::string, bool PaperFixes::*> kFixes = {
     {"noise-weights", &PaperFixes::noise_weights},        {"free-directions", &PaperFixes::free_directions},
@@ -32,6 +30,9 @@ struct ReplayArguments {
   ReplayOptions options;
   PaperOptions paper;
   std::vector<std::string> fixes;
+  CompareOptions compare;
+  bool side_by_side = false;
+  std::vector<std::string> truths;
   int seeds = 0;  // 0: one run, in --out itself
   bool overwrite = false, json = false;
 };
@@ -51,35 +52,6 @@ Result<std::vector<ReplayRobot>> parseRobots(const std::vector<std::string>& tex
     robots.push_back(robot);
   }
   return robots;
-}
-
-// A run folder is made by this program, so it may be emptied if asked; anything else is not ours to touch.
-Result<void> prepareFolder(const std::string& out, bool overwrite) {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  if (fs::exists(out, error) && !fs::is_empty(out, error)) {
-    if (!fs::exists(out + kRunMark, error))
-      return Error{ErrorCode::kWrongUse, "--out " + out + ": folder is not empty and holds no earlier run"};
-    bool has_store = false;
-    std::vector<std::string> runs = {out};
-    for (const auto& entry : fs::directory_iterator(out, error))
-      if (fs::exists(entry.path().string() + kRunMark, error)) runs.push_back(entry.path().string());
-    for (const std::string& earlier : runs) {
-      if (!fs::exists(storePathOf(earlier), error)) continue;
-      has_store = true;
-      if (auto free = StoreLock::take(storePathOf(earlier)); !free) return free.error();
-    }
-    if (has_store && !overwrite)
-      return Error{ErrorCode::kWrongUse,
-                   "--out " + out + ": holds a run already; choose another folder or --overwrite"};
-    fs::remove_all(out, error);
-  }
-  fs::create_directories(out, error);
-  std::ofstream mark(out + kRunMark);
-  mark << "A run of fleet replay; --overwrite may empty this folder.\n";
-  mark.close();
-  if (error || !mark) return Error{ErrorCode::kUnreachable, "--out " + out + ": cannot be made or written"};
-  return {};
 }
 
 // What of the robot's frames was not as it should be; empty if all was well.
@@ -183,13 +155,43 @@ int runSeeds(const ReplayArguments& arguments) {
     ReplayArguments one = arguments;
     one.options.out += "/seed-" + std::to_string(seed + 1);
     one.options.fern_seed += static_cast<uint32_t>(seed);
-    if (auto prepared = prepareFolder(one.options.out, false); !prepared) return failWith(prepared.error());
+    if (auto prepared = prepareRunFolder(one.options.out, false); !prepared) return failWith(prepared.error());
     worst = std::max(worst, runOnce(one));
   }
   return worst;
 }
 
+int runCompare(ReplayArguments& arguments) {
+  for (const std::string& text : arguments.truths) {
+    const size_t equals = text.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
+      return failWith({ErrorCode::kWrongUse, "--truth " + text + ": expected NAME=FILE"});
+    arguments.compare.truths[text.substr(0, equals)] = text.substr(equals + 1);
+  }
+  const bool terminal = isatty(STDERR_FILENO) != 0;
+  const auto progress = [terminal](const std::string& stage, size_t done, size_t all) {
+    if (terminal) std::fprintf(stderr, "\r\033[K%s: %zu of %zu", stage.c_str(), done, all);
+  };
+  const auto comparison = replayCompare(arguments.options, arguments.paper, arguments.compare, progress);
+  if (terminal) std::fprintf(stderr, "\r\033[K");
+  if (!comparison) return failWith(comparison.error());
+  if (arguments.json)
+    std::printf("%s\n", comparison->dump(2).c_str());
+  else
+    std::printf("%srun: %s (graph, paper, compare.json, compare.html)\n", compareText(*comparison).c_str(),
+                arguments.options.out.c_str());
+  return 0;
+}
+
 int run(ReplayArguments& arguments) {
+  if (arguments.side_by_side) {
+    if (arguments.seeds > 0) return failWith({ErrorCode::kWrongUse, "--compare: takes no --seeds"});
+    arguments.link = "loopback";
+  } else if (arguments.compare.alone || !arguments.truths.empty() || !arguments.compare.surface.empty()) {
+    return failWith({ErrorCode::kWrongUse, "--alone, --truth, --surface: belong to --compare"});
+  }
+  if (!arguments.fixes.empty() && arguments.mode != "paper" && !arguments.side_by_side)
+    return failWith({ErrorCode::kWrongUse, "--fix: belongs to --mode paper"});
   if (arguments.mode == "paper" && arguments.link == "dds")
     return failWith({ErrorCode::kWrongUse, "--mode paper: runs over --link loopback only"});
   if (arguments.options.realtime && arguments.link == "loopback")
@@ -204,8 +206,9 @@ int run(ReplayArguments& arguments) {
   for (const ReplayRobot& robot : arguments.options.robots)
     if (auto source = openSource(robot.source); !source)
       return failWith({source.error().code, "robot " + robot.name + ": " + source.error().text});
-  if (auto prepared = prepareFolder(arguments.options.out, arguments.overwrite); !prepared)
+  if (auto prepared = prepareRunFolder(arguments.options.out, arguments.overwrite); !prepared)
     return failWith(prepared.error());
+  if (arguments.side_by_side) return runCompare(arguments);
   return arguments.seeds == 0 ? runOnce(arguments) : runSeeds(arguments);
 }
 
@@ -226,6 +229,13 @@ void addReplayVerb(CLI::App& app, int& exit_code) {
   verb->add_option("--mode", arguments->mode, "How the core maps")
       ->check(CLI::IsMember({"graph", "paper"}))
       ->capture_default_str();
+  verb->add_flag("--compare", arguments->side_by_side,
+                 "Run both modes on the same input over loopback, into OUT/graph and OUT/paper, and compare them");
+  verb->add_flag("--alone", arguments->compare.alone, "With --compare: also each robot by itself");
+  verb->add_option(
+      "--truth", arguments->truths,
+      "With --compare: NAME=FILE, the truth of a robot (TUM format); else DIR/groundtruth.txt if there is");
+  verb->add_option("--surface", arguments->compare.surface, "With --compare: PLY of the true surface");
   std::vector<std::string> fixes;
   for (const auto& [name, member] : kFixes) fixes.push_back(name);
   verb->add_option("--fix", arguments->fixes, "With --mode paper: a remedy for one of the method's known defects")

@@ -31,7 +31,8 @@ Result<std::optional<MapMatch>> InterMap::find(const PaperCamera& camera, const 
   const auto coarse = other.ferns.match(
       query, [](const FernPlace&) { return true; }, registrar);
   if (!coarse) return std::optional<MapMatch>();
-  const Pose T_other_guess = other.ferns.places()[coarse->place].T_map_cam * coarse->T_place_cam;
+  const FernPlace& place = other.ferns.places()[coarse->place];
+  const Pose T_other_guess = place.T_map_cam * coarse->T_place_cam;
   const ActiveRegion region(other.map, camera, options_, tick);
   auto view = region.predictAll(T_other_guess);
   if (!view) return view.error();
@@ -44,6 +45,8 @@ Result<std::optional<MapMatch>> InterMap::find(const PaperCamera& camera, const 
   match.fit = fitOf(reference, own_view, 0, aligned.T_ref_cur);
   if (!passes(match.fit, options_.closure, camera.model, options_.fixes.independent_gates))
     return std::optional<MapMatch>();
+  match.place = place.time;
+  match.T_place_cam = coarse->T_place_cam * aligned.T_ref_cur;
   match.T_other_own = T_other_guess * aligned.T_ref_cur * camera.T_map_cam.inverse();
   if (options_.fixes.two_votes && !agreesWithEarlier(camera, own, other.name, match.T_other_own))
     return std::optional<MapMatch>();

@@ -11,6 +11,8 @@ namespace comap {
 
 struct MapMatch {
   Pose T_other_own;  ///< takes points of the camera's map into the other one
+  FrameTime place;   ///< of the other map, that was recognised
+  Pose T_place_cam;  ///< of the camera that matched, in the camera of the place
   Fit fit;           ///< of the full-size views
 };
 
@@ -20,6 +22,8 @@ struct PaperMerge {
   std::vector<std::string> cameras;  ///< of the absorbed map
   std::string camera;                ///< whose view matched
   Pose T_kept_absorbed;
+  FrameTime place;  ///< what it matched, as in MapMatch
+  Pose T_place_cam;
   Fit fit;
 };
 

@@ -87,7 +87,15 @@ Result<void> PaperCore::joinMaps(uint32_t index, PaperFrameRecord& record) {
       const auto match = inter_map_.find(camera, own.name, kept, mapper_.registrar(), tick_);
       if (!match) return match.error();
       if (!*match) continue;
-      PaperMerge merge{tick_, kept.name, own.name, {}, camera.name, (*match)->T_other_own, (*match)->fit};
+      PaperMerge merge;
+      merge.tick = tick_;
+      merge.kept = kept.name;
+      merge.absorbed = own.name;
+      merge.camera = camera.name;
+      merge.T_kept_absorbed = (*match)->T_other_own;
+      merge.place = (*match)->place;
+      merge.T_place_cam = (*match)->T_place_cam;
+      merge.fit = (*match)->fit;
       const size_t absorbed = camera.frame;
       for (const PaperCamera& one : cameras_)
         if (one.frame == absorbed) merge.cameras.push_back(one.name);

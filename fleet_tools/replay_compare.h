@@ -1,0 +1,21 @@
+// Both modes on the same input.
+#pragma once
+
+#include <map>
+
+#include "fleet_tools/replay.h"
+
+namespace comap {
+
+struct CompareOptions {
+  std::map<std::string, std::string> truths;  ///< robot -> file; else groundtruth.txt of its source, if there is one
+  std::string surface;                        ///< PLY, empty = none
+  bool alone = false;                         ///< also each robot by itself
+};
+
+/// Runs and evaluates into OUT/graph and OUT/paper (with `alone` also OUT/alone-NAME/graph ...), writes
+/// OUT/compare.json and compare.html, and returns the former. OUT must exist and be empty.
+Result<nlohmann::json> replayCompare(const ReplayOptions& options, const PaperOptions& paper,
+                                     const CompareOptions& compare, const ReplayProgress& progress);
+
+}  // namespace comap

@@ -1,0 +1,45 @@
+#include "fleet_tools/run_folder.h"
+
+#include <filesystem>
+#include <fstream>
+#include <vector>
+
+#include "fleet_tools/replay.h"
+#include "mapping_core/store/store_lock.h"
+
+namespace comap {
+namespace {
+
+constexpr const char* kRunMark = "/.comap-run";
+
+}  // namespace
+
+Result<void> prepareRunFolder(const std::string& out, bool overwrite) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  if (fs::exists(out, error) && !fs::is_empty(out, error)) {
+    if (!fs::exists(out + kRunMark, error))
+      return Error{ErrorCode::kWrongUse, "--out " + out + ": folder is not empty and holds no earlier run"};
+    bool has_store = false;
+    std::vector<std::string> runs = {out};
+    for (const auto& entry : fs::directory_iterator(out, error))
+      if (fs::exists(entry.path().string() + kRunMark, error)) runs.push_back(entry.path().string());
+    for (const std::string& earlier : runs) {
+      if (!fs::exists(storePathOf(earlier), error)) continue;
+      has_store = true;
+      if (auto free = StoreLock::take(storePathOf(earlier)); !free) return free.error();
+    }
+    if (has_store && !overwrite)
+      return Error{ErrorCode::kWrongUse,
+                   "--out " + out + ": holds a run already; choose another folder or --overwrite"};
+    fs::remove_all(out, error);
+  }
+  fs::create_directories(out, error);
+  std::ofstream mark(out + kRunMark);
+  mark << "A run of fleet replay; --overwrite may empty this folder.\n";
+  mark.close();
+  if (error || !mark) return Error{ErrorCode::kUnreachable, "--out " + out + ": cannot be made or written"};
+  return {};
+}
+
+}  // namespace comap
