@@ -1,0 +1,228 @@
+// What operators rely on: metrics and health of a run, and the files in containers/ that refer to programs and metrics.
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <unistd.h>
+#include <yaml-cpp/yaml.h>
+
+#include <chrono>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <thread>
+
+#include "mapping_core/service/core_config.h"
+#include "tests/end_to_end/background.h"
+#include "tests/end_to_end/flat_test.h"
+#include "tests/protocol/telemetry/http_get.h"
+
+namespace comap {
+namespace {
+
+const std::string kContainers = COMAP_SOURCE_DIR "/containers/";
+
+int freePort() {
+  const int fd = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  const bool bound = bind(fd, reinterpret_cast<const sockaddr*>(&address), size) == 0 &&
+                     getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size) == 0;
+  close(fd);
+  return bound ? ntohs(address.sin_port) : 0;
+}
+
+// Prometheus' rules for exposed text, as its linter has them. Returns each name's type.
+std::map<std::string, std::string> lint(const std::string& text) {
+  static const std::regex kSample(
+      R"(([a-z_]+)(\{[a-z]+="[^"]*"(,[a-z]+="[^"]*")*\})? [-+0-9.e]+|([a-z_]+).* (NaN|[+-]Inf))");
+  std::map<std::string, std::string> types;
+  std::set<std::string> helped, seen;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string hash, what, name, type;
+    if (line.starts_with("# ")) {
+      words >> hash >> what >> name >> type;
+      if (what == "HELP") helped.insert(name);
+      if (what != "TYPE") continue;
+      EXPECT_TRUE(types.emplace(name, type).second) << name << " stands twice";
+      const bool total = name.ends_with("_total");
+      EXPECT_EQ(total, type == "counter") << name << " is a " << type;
+      EXPECT_TRUE(helped.contains(name)) << name << " has no help";
+      EXPECT_TRUE(name.starts_with("comap_") || name.starts_with("process_")) << name;
+      EXPECT_FALSE(std::regex_search(name, std::regex("_(ms|mb|kb|us|percent)(_|$)"))) << name << ": no base unit";
+      continue;
+    }
+    EXPECT_TRUE(std::regex_match(line, kSample)) << line;
+    EXPECT_TRUE(seen.insert(line.substr(0, line.rfind(' '))).second) << line << " stands twice";
+  }
+  return types;
+}
+
+std::set<std::string> metricsNamedIn(const std::string& path) {
+  const std::string text = contentOf(path);
+  EXPECT_FALSE(text.empty()) << path;
+  std::set<std::string> names;
+  static const std::regex kName("comap_(core|agent)_[a-z_]+");
+  for (std::sregex_iterator it(text.begin(), text.end(), kName), end; it != end; ++it) {
+    std::string name = it->str();
+    for (const char* part : {"_sum", "_count"})
+      if (name.ends_with(part)) name.resize(name.size() - std::string(part).size());
+    names.insert(name);
+  }
+  return names;
+}
+
+class Deployment : public FlatTest {
+ protected:
+  // The first answer to `path` for which `enough` holds, or the last one within a minute.
+  template <class Enough>
+  HttpAnswer await(int port, const std::string& path, Enough enough) {
+    HttpAnswer answer;
+    for (int i = 0; i < 300; ++i) {
+      answer = httpGet(port, path);
+      if (enough(answer)) return answer;
+      std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    }
+    ADD_FAILURE() << path << " still says " << answer.status << " " << answer.body;
+    return answer;
+  }
+};
+
+TEST_F(Deployment, MetricsHealthAndLogsOfARunFitTheDashboardAndTheAlerts) {
+  const std::string site = "deployment-" + std::to_string(getpid());
+  const int core_port = freePort(), agent_port = freePort();
+  const std::vector<std::string> common{"--domain", "95", "--core-site", site, "--log-format", "json"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.end(), common.begin(), common.end());
+    return more;
+  };
+  Background core("mapping_core",
+                  with({"--store", folder_.path("m.comap"), "--status-port", std::to_string(core_port), "--trace",
+                        folder_.path("trace.json")}),
+                  folder_.path("core.log"));
+  await(core_port, "/readyz", [](const HttpAnswer& answer) { return answer.status == 200; });
+  Background agent("edge_agent",
+                   with({"--robot", "a", "--source", "tum:" + flat_ + "/a", "--realtime", "--outbox", "memory",
+                         "--status-port", std::to_string(agent_port)}),
+                   folder_.path("a.log"));
+  await(agent_port, "/readyz", [](const HttpAnswer& answer) { return answer.status == 200; });
+  const auto mapsSome = [](const HttpAnswer& answer) {
+    return answer.body.find("comap_core_stage_seconds_count{stage=\"tiles\"}") != std::string::npos &&
+           answer.body.find("comap_core_tile_bytes_total{") != std::string::npos;
+  };
+  const HttpAnswer core_metrics = await(core_port, "/metrics", mapsSome);
+  const HttpAnswer agent_metrics = httpGet(agent_port, "/metrics");
+  EXPECT_EQ(runProgram("mapping_core --health --status-port " + std::to_string(core_port)).exit_code, 0);
+  EXPECT_EQ(runProgram("edge_agent --health --status-port " + std::to_string(agent_port)).exit_code, 0);
+  EXPECT_EQ(runProgram("mapping_core --health").exit_code, 2);
+  EXPECT_LE(agent.end(SIGTERM), 1);  // 1: what memory alone held is lost, and it says so
+  EXPECT_EQ(core.end(SIGTERM), 0);
+  EXPECT_EQ(runProgram("mapping_core --health --status-port " + std::to_string(core_port)).exit_code, 3);
+
+  std::map<std::string, std::string> types = lint(core_metrics.body);
+  types.merge(lint(agent_metrics.body));
+  // What a run without matches does not show.
+  types.emplace("comap_core_matches_total", "counter");
+  for (const char* file : {"monitoring/alerts.yml", "monitoring/grafana-dashboard.json"})
+    for (const std::string& name : metricsNamedIn(kContainers + file))
+      EXPECT_TRUE(types.contains(name)) << file << " asks for " << name << ", which nobody tells";
+
+  for (const char* log : {"core.log", "a.log"}) {
+    std::istringstream lines(contentOf(folder_.path(log)));
+    size_t count = 0;
+    for (std::string line; std::getline(lines, line); ++count)
+      EXPECT_TRUE(nlohmann::json::accept(line)) << log << ": " << line;
+    EXPECT_GT(count, 0u) << log;
+  }
+  EXPECT_TRUE(nlohmann::json::accept(contentOf(folder_.path("trace.json"))));
+}
+
+TEST_F(Deployment, APortThatIsTakenIsSaid) {
+  const int fd = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  ASSERT_EQ(bind(fd, reinterpret_cast<const sockaddr*>(&address), size), 0);
+  ASSERT_EQ(listen(fd, 1), 0);
+  ASSERT_EQ(getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size), 0);
+  const std::string port = std::to_string(ntohs(address.sin_port));
+  const ProgramRun run = runProgram("mapping_core --domain 95 --core-site taken-" + std::to_string(getpid()) +
+                                    " --store " + folder_.path("m.comap") + " --status-port " + port);
+  close(fd);
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_NE(run.err.find(port), std::string::npos) << run.err;
+}
+
+// A run under a wrong option would end at once, in somebody's cluster.
+TEST(DeploymentFiles, ComposeStartsProgramsThatTakeTheirOptions) {
+  const YAML::Node compose = YAML::LoadFile(kContainers + "compose.yaml");
+  const YAML::Node services = compose["services"];
+  size_t checked = 0;
+  for (const auto& service : services) {
+    const std::string name = service.first.as<std::string>();
+    for (const auto& needed : service.second["depends_on"])
+      EXPECT_TRUE(services[needed.first.as<std::string>()]) << name << " needs " << needed.first;
+    for (const auto& volume : service.second["volumes"]) {
+      const std::string text = volume.as<std::string>();
+      const std::string source = text.substr(0, text.find(':'));
+      if (source.starts_with("./"))
+        EXPECT_FALSE(contentOf(kContainers + source.substr(2)).empty()) << name << " mounts " << source;
+      else
+        EXPECT_TRUE(compose["volumes"][source].IsDefined()) << name << " mounts " << source;
+    }
+    if (name != "core" && !name.starts_with("robot-")) continue;
+    std::string command = name == "core" ? "mapping_core --check-config" : "edge_agent --check-config";
+    for (const auto& word : service.second["command"]) command += " " + word.as<std::string>();
+    const ProgramRun run = runProgram(command);
+    EXPECT_EQ(run.exit_code, 0) << command << "\n" << run.err;
+    ++checked;
+  }
+  EXPECT_EQ(checked, 4u);
+}
+
+TEST(DeploymentFiles, KubernetesManifestHoldsTogether) {
+  std::map<std::string, YAML::Node> by_kind;
+  for (const YAML::Node& document : YAML::LoadAllFromFile(kContainers + "kubernetes/core.yaml")) {
+    EXPECT_TRUE(document["apiVersion"] && document["metadata"]["name"]) << document;
+    by_kind[document["kind"].as<std::string>()] = document;
+  }
+  ASSERT_EQ(by_kind.size(), 3u);
+  const YAML::Node set = by_kind.at("StatefulSet")["spec"], pod = set["template"]["spec"];
+  EXPECT_EQ(set["selector"]["matchLabels"]["app"].as<std::string>(),
+            set["template"]["metadata"]["labels"]["app"].as<std::string>());
+  EXPECT_EQ(set["serviceName"].as<std::string>(), by_kind.at("Service")["metadata"]["name"].as<std::string>());
+  EXPECT_TRUE(pod["securityContext"]["runAsNonRoot"].as<bool>());
+
+  std::set<std::string> volumes;
+  for (const auto& volume : pod["volumes"]) volumes.insert(volume["name"].as<std::string>());
+  for (const auto& claim : set["volumeClaimTemplates"]) volumes.insert(claim["metadata"]["name"].as<std::string>());
+  for (const char* kind : {"containers", "initContainers"})
+    for (const auto& container : pod[kind]) {
+      EXPECT_TRUE(container["securityContext"]["readOnlyRootFilesystem"].as<bool>());
+      EXPECT_FALSE(container["securityContext"]["allowPrivilegeEscalation"].as<bool>());
+      for (const auto& mount : container["volumeMounts"])
+        EXPECT_TRUE(volumes.contains(mount["name"].as<std::string>())) << mount["name"];
+    }
+  const YAML::Node core = pod["containers"][0];
+  EXPECT_TRUE(core["resources"]["limits"]["memory"]);
+  std::set<std::string> ports;
+  for (const auto& port : core["ports"]) ports.insert(port["name"].as<std::string>());
+  for (const char* probe : {"startupProbe", "readinessProbe", "livenessProbe"})
+    EXPECT_TRUE(ports.contains(core[probe]["httpGet"]["port"].as<std::string>())) << probe;
+
+  TemporaryFolder folder;
+  std::ofstream(folder.path("core.yaml")) << by_kind.at("ConfigMap")["data"]["core.yaml"].as<std::string>();
+  const auto config = readCoreConfig(folder.path("core.yaml"));
+  ASSERT_TRUE(config) << config.error().text;
+  EXPECT_EQ(config->telemetry.status_port, core["ports"][0]["containerPort"].as<int>());
+}
+
+}  // namespace
+}  // namespace comap
