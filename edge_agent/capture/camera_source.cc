@@ -110,8 +110,10 @@ std::vector<std::string> camerasFound(VideoCalls& calls) {
       continue;
     }
     lines.push_back("v4l2 " + path + ": " + offer->card + " (" + offer->bus + ")");
-    for (const VideoMode& mode : offer->modes)
-      lines.push_back("  " + toString(mode) + (mode.format ? "" : " (not understood here)"));
+    for (const VideoMode& mode : offer->modes) lines.push_back("  " + toString(mode));
+    std::string others;
+    for (const std::string& name : offer->other_formats) others += " " + name;
+    if (!others.empty()) lines.push_back("  not understood here:" + others);
   }
   for (std::string& line : openNi2Found()) lines.push_back(std::move(line));
   return lines;

@@ -11,7 +11,7 @@
 namespace comap {
 namespace {
 
-constexpr uint32_t kMostEntries = 256;  // a driver that never says "no more" is not followed for ever
+constexpr uint32_t kMostEntries = 1000;  // a driver that never says "no more" is not followed for ever
 constexpr double kRateTolerance = 0.95;
 
 struct Known {
@@ -35,16 +35,17 @@ std::string text(const unsigned char* bytes, size_t size) {
   const char* start = reinterpret_cast<const char*>(bytes);
   std::string found(start, strnlen(start, size));
   for (char& c : found)
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+    if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) >= 0x7f) c = '?';
   return found;
 }
 
 std::string fourccText(uint32_t fourcc) {
   const unsigned char bytes[4] = {static_cast<unsigned char>(fourcc), static_cast<unsigned char>(fourcc >> 8),
-                                  static_cast<unsigned char>(fourcc >> 16), static_cast<unsigned char>(fourcc >> 24)};
+                                  static_cast<unsigned char>(fourcc >> 16),
+                                  static_cast<unsigned char>(fourcc >> 24 & 0x7f)};
   std::string name = text(bytes, 4);
   while (!name.empty() && name.back() == ' ') name.pop_back();
-  return name;
+  return (fourcc & 1u << 31) != 0 ? name + "-BE" : name;  // as the kernel names big-endian ones
 }
 
 double fastest(VideoCalls& calls, int descriptor, uint32_t fourcc, uint32_t width, uint32_t height) {
@@ -122,8 +123,11 @@ Result<VideoOffer> askOffer(VideoCalls& calls, int descriptor, const std::string
   }
   const uint32_t can =
       (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? capability.device_caps : capability.capabilities;
-  VideoOffer offer{
-      path, text(capability.card, sizeof capability.card), text(capability.bus_info, sizeof capability.bus_info), {}};
+  VideoOffer offer{path,
+                   text(capability.card, sizeof capability.card),
+                   text(capability.bus_info, sizeof capability.bus_info),
+                   {},
+                   {}};
   if ((can & V4L2_CAP_VIDEO_CAPTURE) == 0)
     return Error{ErrorCode::kWrongUse,
                  path + " (" + offer.card + "): gives no pictures" +
@@ -137,7 +141,11 @@ Result<VideoOffer> askOffer(VideoCalls& calls, int descriptor, const std::string
     description.index = i;
     description.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
     if (calls.control(descriptor, VIDIOC_ENUM_FMT, &description) != 0) break;
-    askSizes(calls, descriptor, description.pixelformat, offer.modes);
+    if (formatOf(description.pixelformat)) {
+      askSizes(calls, descriptor, description.pixelformat, offer.modes);
+    } else {
+      offer.other_formats.push_back(fourccText(description.pixelformat));
+    }
   }
   return offer;
 }
@@ -164,6 +172,7 @@ Result<VideoMode> chooseMode(const VideoOffer& offer, const VideoWish& wish) {
   }
   std::string offered;
   for (const VideoMode& mode : offer.modes) offered += (offered.empty() ? "" : ", ") + toString(mode);
+  for (const std::string& other : offer.other_formats) offered += (offered.empty() ? "" : ", ") + other;
   const std::string size = wish.width == 0 ? std::string() : fmt::format(" of {}x{}", wish.width, wish.height);
   return Error{ErrorCode::kWrongUse, offer.path + " (" + offer.card + "): offers no " +
                                          (wish.kind == PictureKind::kColour ? "colour" : "depth") + " pictures" + size +

@@ -14,10 +14,10 @@ namespace comap {
 
 enum class PictureKind : uint8_t { kColour, kDepth };
 
-/// One size of one format. A device that offers a range of sizes is listed with its largest.
+/// One size of one format that is understood here. A device that offers a range of sizes is listed with its largest.
 struct VideoMode {
   uint32_t fourcc = 0;
-  std::optional<PixelFormat> format;  ///< nothing: not one that is understood here
+  std::optional<PixelFormat> format;
   int width = 0, height = 0;
   int min_width = 0, min_height = 0;  ///< less than width, height where sizes are a range
   double max_fps = 0;                 ///< 0 = not told
@@ -26,6 +26,7 @@ struct VideoMode {
 struct VideoOffer {
   std::string path, card, bus;
   std::vector<VideoMode> modes;
+  std::vector<std::string> other_formats;  ///< names of those that are not understood here
 };
 
 /// What is wanted of a device; a zero leaves it to the device.
