@@ -67,6 +67,30 @@ TEST(PaperCore, TwoCamerasMergeWhereOneSeesWhatTheOtherHasSeen) {
   EXPECT_EQ(core->frameOf(0).ferns.places().size() > 1, true) << "places of both";
 }
 
+TEST(PaperCore, SameFramesGiveTheSameBits) {
+  COMAP_DEVICE_OR_SKIP(device);
+  const Scene room = Scene::room();
+  std::vector<TimedSurfel> first;
+  for (const int run : {0, 1}) {
+    const auto core = makeCore(device, 2);
+    for (int i = 0; i < 5; ++i)
+      ASSERT_TRUE(
+          core->playRound({room.render(kCamera, along(0.01 * i), i), room.render(kCamera, along(0.3 + 0.01 * i), i)}));
+    auto surfels = core->frameOf(0).map.download();
+    ASSERT_TRUE(surfels && !surfels->empty());
+    if (run == 0) {
+      first = std::move(*surfels);
+      continue;
+    }
+    ASSERT_EQ(first.size(), surfels->size());
+    for (size_t i = 0; i < first.size(); ++i) {
+      ASSERT_EQ(first[i].surfel.position, (*surfels)[i].surfel.position) << i;
+      ASSERT_EQ(first[i].surfel.confidence, (*surfels)[i].surfel.confidence) << i;
+      ASSERT_EQ(first[i].seen, (*surfels)[i].seen) << i;
+    }
+  }
+}
+
 TEST(PaperCore, ANinthCameraIsRefused) {
   COMAP_DEVICE_OR_SKIP(device);
   const auto core = makeCore(device, 8);

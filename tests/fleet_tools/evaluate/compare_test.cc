@@ -1,0 +1,124 @@
+// Two modes side by side, and merges of the paper mode against the truth.
+#include "fleet_tools/compare.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "fleet_tools/evaluate_paper.h"
+
+namespace comap {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+json reportOf(double ate, double joint, double bytes) {
+  return {{"robots", {{"a", {{"ate_rmse_m", ate}, {"frames", 100}, {"uplink_bytes", bytes}}}}},
+          {"joint_ate_rmse_m", joint},
+          {"maps", {{{"id", "a"}}}},
+          {"merges", json::array()},
+          {"closures", {{"false_merges_standing", 0}}},
+          {"wall_s", 5.0}};
+}
+
+class TemporaryFolder {
+ public:
+  TemporaryFolder() : path_(fs::temp_directory_path() / ("comap_compare_" + std::to_string(getpid()))) {
+    fs::create_directories(path_);
+  }
+  ~TemporaryFolder() { fs::remove_all(path_); }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(path_ / name) << text;
+    return (path_ / name).string();
+  }
+
+ private:
+  fs::path path_;
+};
+
+TEST(Compare, SaysWhatIsSo) {
+  const json said = compareJson({{"a", reportOf(0.01, 0.01, 1e6), reportOf(0.02, 0.02, 2e7)}});
+  EXPECT_TRUE(said.at("at_least_as_accurate").get<bool>());
+  EXPECT_TRUE(said.at("a_tenth_of_the_bytes").get<bool>());
+  EXPECT_TRUE(said.at("not_so").empty());
+  EXPECT_DOUBLE_EQ(said.at("inputs")[0].at("paper").at("wall_ms_per_frame").get<double>(), 50);
+  EXPECT_DOUBLE_EQ(said.at("inputs")[0].at("bytes_share").get<double>(), 0.05);
+}
+
+TEST(Compare, SaysPlainlyWhereThePaperModeIsBetter) {
+  json graph = reportOf(0.03, 0.03, 3e6);
+  graph["maps"].push_back({{"id", "b"}});
+  graph["joint_ate_rmse_m"] = nullptr;
+  const json said = compareJson({{"a", graph, reportOf(0.02, 0.02, 2e7)}});
+  EXPECT_FALSE(said.at("at_least_as_accurate").get<bool>());
+  EXPECT_FALSE(said.at("a_tenth_of_the_bytes").get<bool>());
+  EXPECT_EQ(said.at("not_so").size(), 4u) << said.at("not_so").dump();  // own, joint, maps, bytes
+  const std::string text = compareText(said);
+  EXPECT_NE(text.find("at least as accurate in each row: no"), std::string::npos) << text;
+  EXPECT_NE(text.find("not a tenth"), std::string::npos) << text;
+}
+
+TEST(Compare, WithoutTruthNothingIsClaimed) {
+  json graph = reportOf(0, 0, 1e6), paper = reportOf(0, 0, 2e7);
+  for (json* report : {&graph, &paper}) {
+    (*report)["joint_ate_rmse_m"] = nullptr;
+    (*report)["robots"]["a"]["ate_rmse_m"] = nullptr;
+  }
+  EXPECT_TRUE(compareJson({{"a", graph, paper}}).at("at_least_as_accurate").is_null());
+}
+
+TEST(Compare, ThePageEscapesNamesAndDrawsTheRounds) {
+  const TemporaryFolder folder;
+  const std::string head = "tick,camera,a,b,c,d,e,f,total,maps,surfels,l,g,merged,lost\n";
+  const auto times = readRoundTimes(folder.write(
+      "frames.csv",
+      head + "1,a,0,0,0,0,0,0,40.5,2,9,0,0,0,0\n1,b,0,0,0,0,0,0,10,2,9,0,0,0,0\n2,a,0,0,0,0,0,0,99,1,9,0,0,1,0\n"));
+  ASSERT_TRUE(times) << times.error().text;
+  EXPECT_EQ(times->cameras, (std::vector<std::string>{"a", "b"}));
+  EXPECT_DOUBLE_EQ(times->ms[0][0], 40.5);
+  EXPECT_EQ(times->merges, std::vector<size_t>{1});
+  const json said = compareJson({{"<i>", reportOf(0.01, 0.01, 1e6), reportOf(0.02, 0.02, 2e7)}});
+  const std::string page = comparePage(said, {}, *times);
+  EXPECT_EQ(page.find("<i><"), page.find("<i></i>")) << "no element of that name but the legend's";
+  EXPECT_NE(page.find("&lt;i&gt;"), std::string::npos);
+  EXPECT_NE(page.find("<polyline"), std::string::npos);
+
+  const auto damaged = readRoundTimes(folder.write("bad.csv", head + "1,a,0\n"));
+  ASSERT_FALSE(damaged);
+  EXPECT_EQ(damaged.error().code, ErrorCode::kBadData);
+  const auto words = readRoundTimes(folder.write("bad2.csv", head + "x,a,0,0,0,0,0,0,1,2,9,0,0,0,0\n"));
+  ASSERT_FALSE(words);
+  EXPECT_NE(words.error().text.find("bad2.csv:2"), std::string::npos) << words.error().text;
+}
+
+TEST(PaperMerges, AreHeldAgainstTheTruth) {
+  const TemporaryFolder folder;
+  const std::map<std::string, std::string> truths = {
+      {"a", folder.write("a.txt", "1.0 0 0 0 0 0 0 1\n2.0 0 0 0 0 0 0 1\n")},
+      {"b", folder.write("b.txt", "1.0 1 0 0 0 0 0 1\n2.5 2 0 0 0 0 0 1\n")}};
+  const auto merge = [](double x) {
+    return json{{"query", {{"robot", "b"}, {"stamp_ns", 2500000000}}},
+                {"place", {{"robot", "a"}, {"stamp_ns", 1000000000}}},
+                {"T_place_query", {x, 0, 0, 0, 0, 0, 1}}};
+  };
+  const auto right = evaluatePaperMerges({{"merges", {merge(2.04)}}}, truths);
+  ASSERT_TRUE(right) << right.error().text;
+  EXPECT_EQ(right->merges, 1u);
+  EXPECT_EQ(right->false_merges, 0u);
+  EXPECT_DOUBLE_EQ(right->first_merge_s.value_or(0), 1.5);
+  const auto wrong = evaluatePaperMerges({{"merges", {merge(2.5)}}}, truths);
+  ASSERT_TRUE(wrong);
+  EXPECT_EQ(wrong->false_merges_standing, 1u);
+  EXPECT_FALSE(wrong->first_merge_s);
+  json broken = merge(2);
+  broken["T_place_query"] = "here";
+  const auto refused = evaluatePaperMerges({{"merges", {broken}}}, truths);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kBadData);
+}
+
+}  // namespace
+}  // namespace comap
