@@ -31,7 +31,7 @@ foreach(package core edge tools dev)
   endif()
   install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name} RENAME copyright COMPONENT ${package})
 endforeach()
-install(FILES README.md CHANGELOG.md docs/operations.md docs/evaluation.md docs/architecture.md
+install(FILES README.md CHANGELOG.md docs/operations.md docs/deployment.md docs/scaling.md docs/evaluation.md docs/architecture.md
   DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/comap-tools COMPONENT tools)
 
 # For programs that speak with robots and core themselves: types, messages and their encoding, link.
