@@ -223,10 +223,13 @@ void addReplayVerb(CLI::App& app, int& exit_code) {
   verb->add_option("--robot", arguments->robots, "NAME=DIR[@FIRST:LAST], a TUM-format folder; once a robot")
       ->required();
   verb->add_option("--out", arguments->options.out, "Folder for the run")->required();
-  verb->add_option("--link", arguments->link, "dds: real processes, real DDS; loopback: one process, fixed order")
-      ->check(CLI::IsMember({"loopback", "dds"}))
-      ->capture_default_str();
-  verb->add_option("--mode", arguments->mode, "How the core maps")
+  auto* link =
+      verb->add_option("--link", arguments->link,
+                       "dds: real processes, real DDS; loopback: one process, fixed order (--mode paper has only this)")
+          ->check(CLI::IsMember({"loopback", "dds"}))
+          ->capture_default_str();
+  verb->add_option("--mode", arguments->mode,
+                   "How the core maps: graph, or paper (the published method, every frame sent to the core)")
       ->check(CLI::IsMember({"graph", "paper"}))
       ->capture_default_str();
   verb->add_flag("--compare", arguments->side_by_side,
@@ -252,7 +255,10 @@ void addReplayVerb(CLI::App& app, int& exit_code) {
   verb->add_flag("--realtime", arguments->options.realtime, "Play at the recorded speed (with --link dds)");
   verb->add_flag("--overwrite", arguments->overwrite, "Replace an earlier run in the same folder");
   verb->add_flag("--json", arguments->json, "Print report.json instead of the summary");
-  verb->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+  verb->callback([arguments, link, &exit_code] {
+    if (arguments->mode == "paper" && link->count() == 0) arguments->link = "loopback";
+    exit_code = run(*arguments);
+  });
 }
 
 }  // namespace comap

@@ -132,6 +132,14 @@ TEST_F(BadInput, FolderThatOnlyLooksLikeARunIsNotEmptied) {
   EXPECT_TRUE(fs::exists(folder_.path("run/map.comap")));
 }
 
+TEST_F(BadInput, OptionsOfTheOtherModeAreRefused) {
+  const std::string robot = " --robot a=" + flat_ + "/a@0:5";
+  for (const char* options : {"--mode paper --link dds", "--alone", "--truth a=file", "--fix two-votes",
+                              "--mode paper --fix everything", "--compare --seeds 2", "--mode paper --realtime"})
+    EXPECT_EQ(runProgram(std::string("fleet replay ") + options + robot + " --out " + folder_.path("run")).exit_code, 2)
+        << options;
+}
+
 TEST_F(BadInput, UnknownOptionAndVerb) {
   EXPECT_EQ(runProgram("fleet replay --roboot a=b").exit_code, 2);
   EXPECT_EQ(runProgram("fleet dance").exit_code, 2);
