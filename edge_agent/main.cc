@@ -34,7 +34,7 @@ using Tell = std::function<void()>;  // those who watch over this agent
 
 struct Arguments {
   std::string config, source, robot, site, interface_address, keys, report, outbox, log_format, trace, status_address,
-      preview, record;
+      preview, check_calibration, record;
   int domain = -1, threads = 0, status_port = -1;
   bool insecure = false, realtime = false, offline = false, deliver = false, list_sources = false, print_config = false,
        check_config = false, health = false;
@@ -214,6 +214,7 @@ Result<std::unique_ptr<FrameSource>> sourceOf(const AgentConfig& config, const A
 // What is done with a source besides tracking it; nothing if it is to be tracked.
 std::optional<Result<void>> onlyCapture(FrameSource& source, const Arguments& arguments, const CaptureLog& log) {
   if (!arguments.preview.empty()) return preview(source, arguments.preview, log);
+  if (!arguments.check_calibration.empty()) return checkCalibration(source, arguments.check_calibration, log);
   if (!arguments.record.empty())
     return record(
         source, arguments.record, arguments.frames, [] { return g_stop != 0; }, log);
@@ -327,6 +328,10 @@ int main(int argc, char** argv) {
   app.add_option("--record", arguments.record,
                  "Write frames to this folder, as --source takes them back, and do no more")
       ->excludes("--preview");
+  app.add_option("--calibrate-check", arguments.check_calibration,
+                 "Tell whether edges of colour and depth agree, draw them to this PNG and stop")
+      ->excludes("--preview")
+      ->excludes("--record");
   app.add_option("--frames", arguments.frames, "With --record: stop after so many")->needs("--record");
   app.add_flag("--print-config", arguments.print_config, "Print the configuration in force and stop");
   app.add_flag("--check-config", arguments.check_config, "Check the configuration and stop");

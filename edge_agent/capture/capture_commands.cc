@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "edge_agent/capture/depth_colours.h"
+#include "edge_agent/capture/edge_agreement.h"
 #include "edge_agent/capture/image_file.h"
 #include "edge_agent/capture/source_uri.h"
 #include "edge_agent/capture/tum_writer.h"
@@ -71,6 +72,34 @@ Result<void> preview(FrameSource& source, const std::string& file, const Capture
   }
   if (auto written = writeColourPng(file, both); !written) return written;
   log(file + ": " + describe(*frame));
+  return {};
+}
+
+Result<void> checkCalibration(FrameSource& source, const std::string& file, const CaptureLog& log) {
+  EdgeComparison comparison;
+  std::optional<Frame> last;
+  for (int i = 0; i < (source.live() ? 2 : 1) * kSettled; ++i) {
+    auto next = awaitFrame(source, log);
+    if (!next) return next.error();
+    if (!*next) break;
+    last = std::move(**next);
+    if (!source.live() || i >= kSettled) comparison.add(*last);
+  }
+  if (!last) return Error{ErrorCode::kUnreachable, "the source has no frame"};
+  if (auto written = writeColourPng(file, drawEdges(*last)); !written) return written;
+  const EdgeAgreement found = comparison.result();
+  if (!found.determined())
+    return Error{
+        ErrorCode::kProblem,
+        fmt::format("{}: too few edges to tell ({} depth edges, contrast {:.2f}): look at near things in front "
+                    "of far ones, that differ in colour",
+                    file, found.edges, found.contrast)};
+  const std::string line = fmt::format(
+      "depth has to move by {:.1f} pixels right and {:.1f} down to lie on the edges of the colour picture "
+      "({} depth edges, contrast {:.2f})",
+      found.offset_x_px, found.offset_y_px, found.edges, found.contrast);
+  if (!found.agrees()) return Error{ErrorCode::kProblem, file + ": colour and depth do not agree: " + line};
+  log(file + ": colour and depth agree: " + line);
   return {};
 }
 

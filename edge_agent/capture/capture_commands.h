@@ -19,6 +19,11 @@ void listSources();
 /// written.
 Result<void> preview(FrameSource& source, const std::string& file, const CaptureLog& log);
 
+/// Compares the edges of colour and depth over ten frames (of a camera once its exposure has settled), tells by how
+/// many pixels they are apart, and writes the last of them with its depth edges drawn on it as PNG. kProblem if they
+/// are more than 1.5 pixels apart, or the view shows too few edges to tell; else as preview.
+Result<void> checkCalibration(FrameSource& source, const std::string& file, const CaptureLog& log);
+
 /// Writes frames as a TUM-format folder until the source ends, there are `most` of them (0 = no limit), or `stop` says
 /// so. Damaged frames are told and left out. kWrongUse if the folder is not empty or nothing was recorded.
 Result<void> record(FrameSource& source, const std::string& directory, size_t most, const std::function<bool()>& stop,

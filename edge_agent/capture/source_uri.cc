@@ -4,6 +4,9 @@
 #include <filesystem>
 #include <optional>
 
+#include "edge_agent/capture/icl_source.h"
+#include "edge_agent/capture/klg_source.h"
+
 namespace comap {
 namespace {
 
@@ -32,7 +35,7 @@ Result<TumPlace> parseTumPlace(const std::string& text) {
   const size_t at = text.rfind('@');
   std::error_code ignored;
   const bool none = at == std::string::npos || text.find('/', at) != std::string::npos;
-  if (!none && !std::filesystem::is_directory(text, ignored)) {
+  if (!none && !std::filesystem::exists(text, ignored)) {
     const std::string asked = text.substr(at + 1);
     const size_t colon = asked.find(':');
     std::optional<size_t> first, last;
@@ -53,19 +56,23 @@ Result<TumPlace> parseTumPlace(const std::string& text) {
 Result<std::unique_ptr<FrameSource>> openSource(const std::string& uri, const CameraConfig& camera, CaptureLog log) {
   const std::string scheme = schemeOf(uri);
   if (isCameraScheme(scheme)) return openCamera(scheme, uri.substr(scheme.size() + 1), camera, std::move(log));
-  if (!scheme.empty() && scheme != "tum") {
+  if (!scheme.empty() && scheme != "tum" && scheme != "icl" && scheme != "klg") {
     std::string known;
     for (const auto& line : knownSources()) known += (known.empty() ? "" : "; ") + line;
     return Error{ErrorCode::kWrongUse, "source '" + uri + "': scheme '" + scheme + "' is unknown, known are: " + known};
   }
   auto place = parseTumPlace(scheme.empty() ? uri : uri.substr(scheme.size() + 1));
   if (!place) return place.error();
+  if (scheme == "icl") return openIcl(place->directory, place->range);
+  if (scheme == "klg") return openKlg(place->directory, place->range, camera);
   return openTum(place->directory, place->range);
 }
 
 std::vector<std::string> knownSources() {
   std::vector<std::string> lines{
-      "tum:DIR[@FIRST:LAST] (a recorded sequence in the TUM RGB-D format; also plain DIR[@FIRST:LAST])"};
+      "tum:DIR[@FIRST:LAST] (a recorded sequence in the TUM RGB-D format; also plain DIR[@FIRST:LAST])",
+      "icl:DIR[@FIRST:LAST] (an ICL-NUIM sequence in its TUM-compatible form, as it is distributed)",
+      "klg:FILE[@FIRST:LAST] (a log of Logger2 or ElasticFusion; focal lengths from the configuration)"};
   for (std::string& line : cameraSchemes()) lines.push_back(std::move(line));
   return lines;
 }

@@ -16,12 +16,13 @@ struct TumPlace {
   TumRange range;
 };
 
-/// DIR[@FIRST:LAST]; either number may be left out. A folder whose own name holds an @ is taken as it is if it exists
-/// under the whole name. kWrongUse if what follows the @ is not a range.
+/// DIR[@FIRST:LAST]; either number may be left out. A folder (or file) whose own name holds an @ is taken as it is if
+/// it exists under the whole name. kWrongUse if what follows the @ is not a range.
 Result<TumPlace> parseTumPlace(const std::string& text);
 
-/// Opens `tum:DIR[@FIRST:LAST]`, plain `DIR[@FIRST:LAST]`, or a live camera (openCamera, which `camera` and `log` are
-/// for); the errors of openTum and openCamera, and kWrongUse for an unknown scheme.
+/// Opens `tum:DIR[@FIRST:LAST]`, plain `DIR[@FIRST:LAST]`, `icl:DIR[@FIRST:LAST]`, `klg:FILE[@FIRST:LAST]`, or a live
+/// camera (openCamera, which `camera` and `log` are for); the errors of openTum, openIcl, openKlg and openCamera, and
+/// kWrongUse for an unknown scheme.
 Result<std::unique_ptr<FrameSource>> openSource(const std::string& uri, const CameraConfig& camera = {},
                                                 CaptureLog log = nullptr);
 

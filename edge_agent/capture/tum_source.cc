@@ -22,9 +22,10 @@ void reverseRows(Image<T>& image) {
 
 class TumSource final : public FrameSource {
  public:
-  TumSource(std::string directory, TumRange range, size_t total, const TumCalibration& calibration,
+  TumSource(std::string kind, std::string directory, TumRange range, size_t total, const TumCalibration& calibration,
             std::vector<TumPair> pairs)
-      : directory_(std::move(directory)),
+      : kind_(std::move(kind)),
+        directory_(std::move(directory)),
         range_(range),
         total_(total),
         camera_(calibration.camera),
@@ -57,7 +58,7 @@ class TumSource final : public FrameSource {
   size_t size() const override { return pairs_.size(); }
 
   std::string description() const override {
-    return "TUM sequence " + directory_ + ", frames " + std::to_string(range_.first) + ":" +
+    return kind_ + " sequence " + directory_ + ", frames " + std::to_string(range_.first) + ":" +
            std::to_string(range_.last) + " of " + std::to_string(total_) + ", " +
            sizeText(camera_.width, camera_.height) + (y_up_ ? ", rows reversed as fy < 0" : "");
   }
@@ -80,7 +81,7 @@ class TumSource final : public FrameSource {
     }
   }
 
-  std::string directory_;
+  std::string kind_, directory_;
   TumRange range_;
   size_t total_;
   CameraModel camera_;
@@ -101,7 +102,12 @@ Result<std::unique_ptr<FrameSource>> openTum(const std::string& directory, TumRa
   if (!calibration) return calibration.error();
   auto pairs = readTumPairs(directory);
   if (!pairs) return pairs.error();
-  const size_t total = pairs->size();
+  return openTumPairs("TUM", directory, range, *calibration, std::move(*pairs));
+}
+
+Result<std::unique_ptr<FrameSource>> openTumPairs(const std::string& kind, const std::string& directory, TumRange range,
+                                                  const TumCalibration& calibration, std::vector<TumPair> pairs) {
+  const size_t total = pairs.size();
   if (total == 0) return Error{ErrorCode::kBadData, directory + ": lists no pair of colour and depth"};
 
   if (range.last == TumRange::kToEnd) range.last = std::max(total, range.first);
@@ -110,9 +116,10 @@ Result<std::unique_ptr<FrameSource>> openTum(const std::string& directory, TumRa
                                            std::to_string(range.last) + " asked, the sequence has " +
                                            std::to_string(total)};
   }
-  pairs->erase(pairs->begin() + static_cast<std::ptrdiff_t>(range.last), pairs->end());
-  pairs->erase(pairs->begin(), pairs->begin() + static_cast<std::ptrdiff_t>(range.first));
-  for (const auto& pair : *pairs) {
+  pairs.erase(pairs.begin() + static_cast<std::ptrdiff_t>(range.last), pairs.end());
+  pairs.erase(pairs.begin(), pairs.begin() + static_cast<std::ptrdiff_t>(range.first));
+  std::error_code problem;
+  for (const auto& pair : pairs) {
     for (const auto* path : {&pair.colour_path, &pair.depth_path}) {
       if (!std::filesystem::is_regular_file(*path, problem)) {
         return Error{ErrorCode::kUnreachable, *path + ": is listed by the sequence and is not there"};
@@ -120,7 +127,7 @@ Result<std::unique_ptr<FrameSource>> openTum(const std::string& directory, TumRa
     }
   }
   return std::unique_ptr<FrameSource>(
-      std::make_unique<TumSource>(directory, range, total, *calibration, std::move(*pairs)));
+      std::make_unique<TumSource>(kind, directory, range, total, calibration, std::move(pairs)));
 }
 
 }  // namespace comap

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "edge_agent/capture/frame_source.h"
+#include "edge_agent/capture/tum_index.h"
 
 namespace comap {
 
@@ -26,5 +27,9 @@ struct TumRange {
 /// kUnreachable: folder or file missing. kBadData: calibration or list unreadable. kWrongUse: range outside the
 /// sequence. Damaged or wrong-sized pictures are errors of next(), which name the file.
 Result<std::unique_ptr<FrameSource>> openTum(const std::string& directory, TumRange range = {});
+
+/// The same for pairs that are known already; `kind` is what the description calls the sequence.
+Result<std::unique_ptr<FrameSource>> openTumPairs(const std::string& kind, const std::string& directory, TumRange range,
+                                                  const TumCalibration& calibration, std::vector<TumPair> pairs);
 
 }  // namespace comap
