@@ -1,5 +1,7 @@
 #include "mapping_core/paper/local_loop.h"
 
+#include <algorithm>
+
 #include "mapping_core/paper/map_deformation.h"
 
 namespace comap {
@@ -68,13 +70,17 @@ Result<LoopReport> closeLocalLoop(const LoopContext& c, const TimedView& active)
   if (!surfels) return surfels.error();
   const DeformationOptions& options = c.options.graph;
   DeformationGraph graph = sampleGraph(*surfels, c.owners, options.stride, options.most_nodes, c.nodeOrder());
-  report.solve = solveDeformation(graph, constraints, frozenNodes(c, graph));
-  if (!report.solve.solved) return report;
-  if (auto moved = deformMap(c.frame.map, c.owners, graph, c.tick); !moved) return moved.error();
-  keepTies(c, graph, constraints);
-  c.movePoses(graph, c.options.fixes.correct_pose_log);
+  const std::vector<bool> frozen = frozenNodes(c, graph);
+  // Where nothing may bend any more the camera goes where it belongs, and both surfaces become active.
+  if (std::find(frozen.begin(), frozen.end(), false) != frozen.end()) {
+    report.solve = solveDeformation(graph, constraints, frozen);
+    if (!report.solve.solved) return report;
+    if (auto moved = deformMap(c.frame.map, c.owners, graph, c.tick); !moved) return moved.error();
+    keepTies(c, graph, constraints);
+    c.movePoses(graph, c.options.fixes.correct_pose_log);
+    c.frame.deformed_at = c.tick;
+  }
   c.camera.T_map_cam = T_map_cam;
-  c.frame.deformed_at = c.tick;
   const auto now = region.predictActive(T_map_cam);
   if (!now) return now.error();
   if (auto awake = region.reactivate(T_map_cam, now->view.depth_m); !awake) return awake.error();
