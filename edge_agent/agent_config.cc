@@ -87,6 +87,7 @@ Result<AgentConfig> readAgentConfig(const std::string& path) {
   config.localizer.registration.noise = config.odometry.alignment.noise;
   config.localizer.registration.view.depth_max_m = config.odometry.depth_max_m;
   readTelemetryOptions(*reader, config.telemetry);
+  ros2::readRos2Options(*reader, config.ros2);
   if (auto finished = reader->finish(); !finished) return finished.error();
   return config;
 }
@@ -153,7 +154,7 @@ localizer:                      # what returned tiles are used for
              c.outbox.quota_mb == kUnlimited_mb ? 0 : c.outbox.quota_mb, c.sender.thin_jpeg_quality, c.fern_seed,
              c.interest_radius_m, c.downlink_bytes_per_s, c.localizer.enabled, c.localizer.every_frames,
              c.localizer.memory_mb, c.localizer.smooth_frames, printCameraConfig(c.camera)) +
-         printTelemetryOptions(c.telemetry);
+         printTelemetryOptions(c.telemetry) + ros2::printRos2Options(c.ros2);
 }
 
 }  // namespace comap

@@ -13,6 +13,7 @@
 #include "edge_agent/uplink/outbox_place.h"
 #include "mapping_core/ferns/fern_book.h"
 #include "protocol/link/dds_link.h"
+#include "protocol/ros2/ros2_node.h"
 #include "protocol/telemetry/telemetry.h"
 
 namespace comap {
@@ -36,6 +37,7 @@ struct AgentConfig {
   uint32_t interest_every_frames = 15;
   uint32_t status_every_frames = 10;
   TelemetryOptions telemetry;
+  ros2::Ros2Options ros2;
 };
 
 /// Reads a YAML file; unknown keys, wrong types and values out of range are errors that name file, line and key.

@@ -17,6 +17,7 @@
 #include "edge_agent/agent_report.h"
 #include "edge_agent/capture/capture_commands.h"
 #include "edge_agent/capture/source_uri.h"
+#include "edge_agent/ros2_output.h"
 #include "protocol/link/dds_link.h"
 #include "protocol/link/loopback_link.h"
 #include "protocol/types/whole_file.h"
@@ -37,7 +38,7 @@ struct Arguments {
       preview, check_calibration, record;
   int domain = -1, threads = 0, status_port = -1;
   bool insecure = false, realtime = false, offline = false, deliver = false, list_sources = false, print_config = false,
-       check_config = false, health = false;
+       check_config = false, health = false, ros2 = false;
   int patience_s = 60;
   size_t frames = 0;  // to record; 0 = until it is stopped
 };
@@ -78,6 +79,7 @@ Result<AgentConfig> configure(const Arguments& arguments) {
   if (!arguments.log_format.empty()) config.telemetry.log_format = arguments.log_format;
   if (!arguments.status_address.empty()) config.telemetry.status_address = arguments.status_address;
   config.telemetry.trace = arguments.trace;
+  config.ros2.enabled = config.ros2.enabled || arguments.ros2;
   config.link.notice = [name = config.robot, log = makeLog(config.telemetry, "edge_agent")](const std::string& line) {
     log.info(name + ": " + line);
   };
@@ -247,6 +249,12 @@ int run(const Arguments& arguments) {
   if (const auto captured = onlyCapture(**source, arguments, log)) return *captured ? 0 : failWith(captured->error());
   auto link = linkOf(*config, arguments);
   if (!link) return failWith(link.error());
+  std::optional<Ros2Output> ros2;
+  if (config->ros2.enabled) {
+    auto started = Ros2Output::start(config->ros2, config->link.domain, config->robot);
+    if (!started) return failWith(started.error());
+    ros2.emplace(std::move(*started));
+  }
   auto outbox = openOutbox(config->outbox, config->robot, log);
   if (!outbox) return failWith(outbox.error());
   const std::string outbox_path = config->outbox.kind == "memory" ? "" : outbox->path();
@@ -269,7 +277,10 @@ int run(const Arguments& arguments) {
   if (arguments.realtime || live || arguments.offline)
     config->max_waiting_keyframes = std::numeric_limits<size_t>::max();
   Agent agent(*config, *session, std::move(*outbox), **source, **link, log, record);
-  const Tell tell = [&] { telemetry->tell(kAgentMetrics, [&] { return reportOf(agent, config->robot); }); };
+  const Tell tell = [&] {
+    telemetry->tell(kAgentMetrics, [&] { return reportOf(agent, config->robot); });
+    if (ros2) ros2->follow(agent);
+  };
   const auto done = work(agent, *config, **link, arguments, live, outbox_path, tell);
   if (const auto health = (*source)->health()) log("camera: " + toString(*health));
   // What was done is told even if it ended badly.
@@ -318,6 +329,8 @@ int main(int argc, char** argv) {
   app.add_option("--log-format", arguments.log_format, "Lines on stderr as text or json")
       ->check(CLI::IsMember({"text", "json"}));
   app.add_option("--trace", arguments.trace, "Write when each stage of the work ran to this file, for ui.perfetto.dev");
+  app.add_flag("--ros2", arguments.ros2,
+               "Publish odometry, path and frames for ROS 2 programs; see ros2 in --print-config");
   app.add_flag("--deliver", arguments.deliver, "Take no frames: send what waits in the outbox and stop");
   app.add_flag("--offline", arguments.offline, "Without a core: keep all keyframes in the outbox and stop")
       ->excludes("--deliver");

@@ -11,6 +11,7 @@
 #include "mapping_core/service/core_config.h"
 #include "mapping_core/service/core_metrics.h"
 #include "mapping_core/service/core_report.h"
+#include "mapping_core/service/ros2_map.h"
 #include "mapping_core/store/store_lock.h"
 #include "protocol/link/dds_link.h"
 #include "protocol/types/whole_file.h"
@@ -23,7 +24,7 @@ volatile sig_atomic_t g_stop = 0;
 struct Arguments {
   std::string config, store, device, site, interface_address, keys, report, log_format, trace, status_address;
   int domain = -1, status_port = -1;
-  bool insecure = false, list_devices = false, print_config = false, check_config = false, health = false;
+  bool insecure = false, list_devices = false, print_config = false, check_config = false, health = false, ros2 = false;
 };
 
 int failWith(const Error& error, const Log& log = Log(LogFormat::kText, "mapping_core")) {
@@ -58,6 +59,7 @@ Result<CoreConfig> configure(const Arguments& arguments) {
   if (!arguments.log_format.empty()) config.telemetry.log_format = arguments.log_format;
   if (!arguments.status_address.empty()) config.telemetry.status_address = arguments.status_address;
   config.telemetry.trace = arguments.trace;
+  config.ros2.enabled = config.ros2.enabled || arguments.ros2;
   config.link.role = LinkRole::kCore;
   config.link.notice = [log = makeLog(config.telemetry, "mapping_core")](const std::string& line) { log.info(line); };
   return config;
@@ -81,11 +83,13 @@ Result<void> checkAlone(DdsLinkOptions options) {
   return {};
 }
 
-Result<void> serve(MappingService& service, Telemetry& telemetry, const std::string& device) {
+Result<void> serve(MappingService& service, Telemetry& telemetry, std::optional<Ros2Map>& ros2,
+                   const std::string& device) {
   constexpr int kFinish_s = 600;
   const auto tell = [&](bool ready) { telemetry.tell(kCoreMetrics, [&] { return reportOf(service, device, ready); }); };
   while (g_stop == 0) {
     tell(true);
+    if (ros2) ros2->follow(service.tiles(), std::chrono::steady_clock::now());
     const auto worked = service.step(std::chrono::milliseconds(200));
     if (!worked) return worked.error();
     if (!*worked || service.quiet())
@@ -124,11 +128,17 @@ int run(const Arguments& arguments) {
   lock.emplace(std::move(*taken));
   auto link = connectDds(config->link);
   if (!link) return failWith(link.error());
+  std::optional<Ros2Map> ros2;
+  if (config->ros2.enabled) {
+    auto started = Ros2Map::start(config->ros2, config->link.domain);
+    if (!started) return failWith(started.error());
+    ros2.emplace(std::move(*started));
+  }
   log.info("mapping core on " + device->info().name + ", site " + config->link.site + ", DDS domain " +
            std::to_string(config->link.domain) + ", store " + config->store);
   MappingService service(config->service, **link, *store, *device, [&](const std::string& line) { log.info(line); });
   if (auto resumed = service.resume(); !resumed) return failWith(resumed.error());
-  if (auto served = serve(service, *telemetry, device->info().name); !served) return failWith(served.error());
+  if (auto served = serve(service, *telemetry, ros2, device->info().name); !served) return failWith(served.error());
   if (auto traced = telemetry->finish(); !traced) return failWith(traced.error());
   if (!arguments.report.empty())
     if (auto written = writeCoreReport(reportOf(service.statistics(), device->info().name), arguments.report); !written)
@@ -163,6 +173,7 @@ int main(int argc, char** argv) {
   app.add_option("--log-format", arguments.log_format, "Lines on stderr as text or json")
       ->check(CLI::IsMember({"text", "json"}));
   app.add_option("--trace", arguments.trace, "Write when each stage of the work ran to this file, for ui.perfetto.dev");
+  app.add_flag("--ros2", arguments.ros2, "Publish the map for ROS 2 programs: /fleet/map; see ros2 in --print-config");
   app.add_flag("--list-devices", arguments.list_devices, "Print the Vulkan devices, usable or why not, and stop");
   app.add_flag("--print-config", arguments.print_config, "Print the configuration in force and stop");
   app.add_flag("--check-config", arguments.check_config, "Check the configuration and stop");

@@ -58,6 +58,7 @@ Result<CoreConfig> readCoreConfig(const std::string& path) {
   tiles.read("every_keyframes", config.service.tile_every_keyframes, 1, 10000);
   tiles.read("spacing_m", config.service.tile_spacing_m, 0.002, 0.5);
   readTelemetryOptions(*reader, config.telemetry);
+  ros2::readRos2Options(*reader, config.ros2);
   if (auto finished = reader->finish(); !finished) return finished.error();
   return config;
 }
@@ -107,7 +108,7 @@ tiles:
       m.verifier.inlier_ratio, m.verifier.overlap, m.verifier.rms_sigma, m.verifier.degeneracy,
       m.verifier.photometric_median, m.verifier.seen_through, m.verifier.unlike, m.verifier.features, m.vote.needed,
       m.probation.witnesses, c.service.fern_seed, c.service.tile_every_keyframes, c.service.tile_spacing_m) +
-         printTelemetryOptions(c.telemetry);
+         printTelemetryOptions(c.telemetry) + ros2::printRos2Options(c.ros2);
 }
 
 }  // namespace comap

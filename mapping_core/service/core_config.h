@@ -5,6 +5,7 @@
 
 #include "mapping_core/service/mapping_service.h"
 #include "protocol/link/dds_link.h"
+#include "protocol/ros2/ros2_node.h"
 #include "protocol/telemetry/telemetry.h"
 
 namespace comap {
@@ -15,6 +16,7 @@ struct CoreConfig {
   DdsLinkOptions link;
   ServiceOptions service;
   TelemetryOptions telemetry;
+  ros2::Ros2Options ros2;
 };
 
 /// Reads a YAML file; unknown keys, wrong types and values out of range are errors that name file, line and key.

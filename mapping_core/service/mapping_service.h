@@ -76,6 +76,7 @@ class MappingService {
 
   const ServiceStatistics& statistics() const { return statistics_; }
   ServiceState state() const;
+  const TileIndex& tiles() const { return tiles_; }
 
  private:
   Result<void> handle(const Delivery& delivery);

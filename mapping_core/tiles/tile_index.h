@@ -31,6 +31,7 @@ class TileIndex {
   /// Whether there is any tile of `map`, removals included.
   bool holds(const MapId& map) const;
   std::vector<Tile> tiles(const MapId& map) const;
+  const std::map<TileKey, Tile>& all() const { return tiles_; }  ///< removals, which are empty, included
   uint64_t revision() const { return revision_; }
 
  private:
