@@ -61,6 +61,12 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
   Result<bool> ours = checkSchema(*database);
   if (!ours) return ours.error();
   if (mode != Mode::kCreateOrOpen && !*ours) return Error{ErrorCode::kBadData, absolute + ": is empty, no map store"};
+  const Result<int64_t> version = database->integer("PRAGMA user_version");
+  if (!version) return version.error();
+  if (mode == Mode::kReadOnly && *version < kStoreVersion)
+    return Error{ErrorCode::kBadData, absolute + ": schema version " + std::to_string(*version) +
+                                          " is of an older release: mapping_core --store brings it to this one's, " +
+                                          std::to_string(kStoreVersion)};
   if (mode == Mode::kReadOnly) {
     return MapStore(std::make_unique<State>(std::move(*database), mode));
   }
@@ -69,6 +75,8 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
   }
   if (!*ours) {
     if (Result<void> created = createSchema(*database); !created) return created.error();
+  } else if (Result<void> migrated = migrateSchema(*database, storeMigrations()); !migrated) {
+    return migrated.error();
   }
   return MapStore(std::make_unique<State>(std::move(*database), mode));
 }

@@ -1,5 +1,6 @@
 #include "mapping_core/store/schema.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <string>
 
@@ -138,13 +139,36 @@ Result<bool> checkSchema(Database& database) {
     return Error{ErrorCode::kBadData, database.path() + ": a database of another application (application_id " +
                                           hex(*application) + ", expected " + hex(kStoreApplicationId) + ")"};
   }
-  if (*version != kStoreVersion) {
+  if (*version > kStoreVersion)
     return Error{ErrorCode::kBadData, database.path() + ": schema version " + std::to_string(*version) +
-                                          (*version > kStoreVersion ? " is newer than " : " is older than ") +
-                                          std::to_string(kStoreVersion) + ", the only one this program reads" +
-                                          (*version < kStoreVersion ? "; make the map again from the recordings" : "")};
-  }
+                                          " is newer than " + std::to_string(kStoreVersion) +
+                                          ", the newest that this program reads: use a newer one"};
+  if (*version < kFirstStoreVersion)
+    return Error{ErrorCode::kBadData,
+                 database.path() + ": schema version " + std::to_string(*version) + " is older than " +
+                     std::to_string(kFirstStoreVersion) +
+                     ", the oldest that this program reads; make the map again from the recordings"};
   return true;
 }
+
+Result<void> migrateSchema(Database& database, std::span<const Migration> steps, int64_t to) {
+  Result<Transaction> transaction = Transaction::begin(database);
+  if (!transaction) return transaction.error();
+  Result<int64_t> version = database.integer("PRAGMA user_version");
+  if (!version) return version.error();
+  for (; *version < to; ++*version) {
+    const auto step =
+        std::find_if(steps.begin(), steps.end(), [&](const Migration& one) { return one.from == *version; });
+    if (step == steps.end())
+      return Error{ErrorCode::kBadData, database.path() + ": schema version " + std::to_string(*version) +
+                                            " cannot be brought to " + std::to_string(to)};
+    if (auto done = database.execute(step->sql); !done) return done;
+    const std::string next = "PRAGMA user_version = " + std::to_string(*version + 1);
+    if (auto done = database.execute(next.c_str()); !done) return done;
+  }
+  return transaction->commit();
+}
+
+std::span<const Migration> storeMigrations() { return {}; }  // {3, "ALTER TABLE ..."} and so on, once there is a 4
 
 }  // namespace comap

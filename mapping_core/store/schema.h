@@ -1,18 +1,34 @@
 // The tables of a map store, and whether a file is one.
 #pragma once
 
+#include <span>
+
 #include "protocol/storage/database.h"
 
 namespace comap {
 
 inline constexpr int64_t kStoreApplicationId = 0x436f4d61;  ///< "CoMa" in the file's header
 inline constexpr int64_t kStoreVersion = 3;                 ///< user_version in the file's header
+inline constexpr int64_t kFirstStoreVersion = 3;            ///< of the first release; older ones are not read
 
 /// Makes the tables in an empty database, all or none.
 Result<void> createSchema(Database& database);
 
-/// kBadData, with what was found and expected, if it is another application's database or of another version.
-/// Returns false if the database is empty.
+/// kBadData, with what was found and expected, if it is another application's database or of a version that this
+/// program cannot read. Returns false if the database is empty.
 Result<bool> checkSchema(Database& database);
+
+/// What brings a store of version `from` to the next one.
+struct Migration {
+  int64_t from;
+  const char* sql;
+};
+
+/// Brings a store of an older release to version `to`, all steps or none; one that is there already is left alone.
+/// kBadData if a step is missing. Only for databases that checkSchema knows, opened to be written.
+Result<void> migrateSchema(Database& database, std::span<const Migration> steps, int64_t to = kStoreVersion);
+
+/// Those of this program: a line for each version after the first release.
+std::span<const Migration> storeMigrations();
 
 }  // namespace comap

@@ -1,0 +1,134 @@
+// Stores of earlier releases, and the steps that bring them to this one.
+#include "mapping_core/store/schema.h"
+
+#include <array>
+
+#include "tests/mapping_core/store/store_fixture.h"
+
+namespace comap {
+namespace {
+
+const std::filesystem::path kReleases = COMAP_STORE_RELEASES;
+
+class SchemaTest : public StoreTest {
+ protected:
+  static MatchVerdict verdict() {
+    return {idOf(1), idOf(2, "bravo"), true,       "accepted", 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9,
+            0.95,    poseOf(1),        matrixOf(1)};
+  }
+  static MergeRecord merge() {
+    MergeRecord record;
+    record.number = 1;
+    record.kept = "alpha-1-0";
+    record.absorbed = "bravo-1-7";
+    record.T_kept_absorbed = poseOf(9);
+    record.robots = {"alpha", "bravo"};
+    record.voters = {idOf(1), idOf(2, "bravo")};
+    record.keyframes_ingested = 17;
+    return record;
+  }
+  static Edge edge() { return {idOf(0), idOf(1), EdgeKind::kLoop, poseOf(5), matrixOf(5)}; }
+
+  Database writable() {
+    auto database = Database::open(path_.string(), SQLITE_OPEN_READWRITE);
+    EXPECT_TRUE(database) << database.error().text;
+    return std::move(*database);
+  }
+};
+
+// Run once for each release, with --gtest_also_run_disabled_tests, and add the file that it names to the releases.
+TEST_F(SchemaTest, DISABLED_WriteAStoreOfThisRelease) {
+  path_ = std::filesystem::temp_directory_path() / (COMAP_VERSION ".comap");
+  std::filesystem::remove(path_);
+  auto store = create();
+  ASSERT_TRUE(store);
+  ASSERT_TRUE(store->addKeyframe(idOf(0), 1, bytesOf(1, 300)));
+  ASSERT_TRUE(store->addKeyframe(idOf(2, "bravo"), 2, bytesOf(2, 200)));
+  ASSERT_TRUE(store->setPoses("alpha-1-0", {{idOf(0), poseOf(3)}}));
+  ASSERT_TRUE(store->addEdge(edge()));
+  ASSERT_TRUE(store->addVerdict(verdict()));
+  ASSERT_TRUE(store->addMerge(merge()));
+  const std::vector<Tile> tiles{tileOf("alpha-1-0", 1, -2, 3, 50, 4)};
+  ASSERT_TRUE(store->setTiles(tiles));
+  ASSERT_TRUE(store->setMeta("complete", "yes"));
+  std::printf("written: %s\n", path_.c_str());
+}
+
+TEST_F(SchemaTest, StoresOfAllReleasesAreReadWhole) {
+  size_t releases = 0;
+  for (const auto& file : std::filesystem::directory_iterator(kReleases)) {
+    SCOPED_TRACE(file.path().string());
+    ++releases;
+    std::filesystem::copy_file(file.path(), path_, std::filesystem::copy_options::overwrite_existing);
+    auto store = create();  // to be written: what an upgraded core does
+    ASSERT_TRUE(store) << store.error().text;
+    const auto keyframes = store->keyframes();
+    ASSERT_TRUE(keyframes) << keyframes.error().text;
+    ASSERT_EQ(keyframes->size(), 2u);
+    EXPECT_EQ((*keyframes)[0].map, "alpha-1-0");
+    expectSame((*keyframes)[0].T_map_cam, poseOf(3));
+    EXPECT_EQ((*keyframes)[1].map, "");
+    EXPECT_EQ(*store->encodedKeyframe(idOf(0)), bytesOf(1, 300));
+    const auto edges = store->edges();
+    ASSERT_EQ(edges->size(), 1u);
+    EXPECT_EQ(edges->front().information, edge().information);
+    const auto verdicts = store->verdicts();
+    ASSERT_EQ(verdicts->size(), 1u);
+    EXPECT_EQ(verdicts->front().reason, "accepted");
+    EXPECT_EQ(verdicts->front().unlike, verdict().unlike);
+    const auto merges = store->merges();
+    ASSERT_EQ(merges->size(), 1u);
+    EXPECT_EQ(merges->front().voters, merge().voters);
+    const auto tiles = store->tiles("alpha-1-0");
+    ASSERT_EQ(tiles->size(), 1u);
+    EXPECT_EQ(tiles->front().surfels, tileOf("alpha-1-0", 1, -2, 3, 50, 4).surfels);
+    EXPECT_TRUE(*store->addKeyframe(idOf(5), 3, bytesOf(6, 10)));
+  }
+  EXPECT_GE(releases, 1u);
+}
+
+constexpr std::array<Migration, 2> kSteps{
+    {{kStoreVersion, "ALTER TABLE keyframes ADD COLUMN note TEXT NOT NULL DEFAULT 'none'"},
+     {kStoreVersion + 1, "CREATE TABLE extra (number INTEGER PRIMARY KEY) STRICT; INSERT INTO extra VALUES (7)"}}};
+
+TEST_F(SchemaTest, StepsAreTakenInOrder) {
+  ASSERT_TRUE(create()->addKeyframe(idOf(0), 1, bytesOf(1, 300)));
+  Database database = writable();
+  ASSERT_TRUE(migrateSchema(database, kSteps, kStoreVersion + 2));
+  EXPECT_EQ(*database.integer("PRAGMA user_version"), kStoreVersion + 2);
+  EXPECT_EQ(*database.integer("SELECT count(*) FROM keyframes WHERE note = 'none'"), 1);
+  EXPECT_EQ(*database.integer("SELECT number FROM extra"), 7);
+  ASSERT_TRUE(migrateSchema(database, kSteps, kStoreVersion + 2)) << "there already";
+}
+
+TEST_F(SchemaTest, AStepThatFailsLeavesTheStoreAsItWas) {
+  ASSERT_TRUE(create()->addKeyframe(idOf(0), 1, bytesOf(1, 300)));
+  constexpr std::array<Migration, 2> kBroken{{kSteps[0], {kStoreVersion + 1, "CREATE TABLE keyframes (a)"}}};
+  {
+    Database database = writable();
+    EXPECT_FALSE(migrateSchema(database, kBroken, kStoreVersion + 2));
+    EXPECT_EQ(*database.integer("PRAGMA user_version"), kStoreVersion);
+    EXPECT_EQ(*database.integer("SELECT count(*) FROM pragma_table_info('keyframes') WHERE name = 'note'"), 0);
+  }
+  EXPECT_EQ(create()->keyframes()->size(), 1u);
+}
+
+TEST_F(SchemaTest, AMissingStepIsSaid) {
+  ASSERT_TRUE(create());
+  Database database = writable();
+  const auto refused = migrateSchema(database, kSteps, kStoreVersion + 3);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kBadData);
+  EXPECT_EQ(*database.integer("PRAGMA user_version"), kStoreVersion);
+}
+
+TEST_F(SchemaTest, ThereIsAStepFromEachReleaseToThisOne) {
+  for (int64_t version = kFirstStoreVersion; version < kStoreVersion; ++version) {
+    const auto steps = storeMigrations();
+    EXPECT_TRUE(std::any_of(steps.begin(), steps.end(), [&](const Migration& one) { return one.from == version; }))
+        << version;
+  }
+}
+
+}  // namespace
+}  // namespace comap
