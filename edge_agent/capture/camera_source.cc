@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include "edge_agent/capture/libcamera.h"
 #include "edge_agent/capture/openni2.h"
 #include "edge_agent/capture/paired_source.h"
 
@@ -19,7 +20,7 @@ Result<StreamName> parseStream(const std::string& text) {
   return StreamName{text.substr(0, colon), text.substr(colon + 1)};
 }
 
-StreamOpener v4l2Opener(VideoCalls& calls, const std::string& path, PictureKind kind, const CameraConfig& config) {
+VideoWish wishOf(PictureKind kind, const CameraConfig& config) {
   const bool colour = kind == PictureKind::kColour;
   const CameraModel& pinhole = (colour ? config.rig.colour : config.rig.depth).pinhole;
   VideoWish wish{kind, colour ? config.colour_format : config.depth_format, pinhole.width, pinhole.height, config.fps};
@@ -27,17 +28,20 @@ StreamOpener v4l2Opener(VideoCalls& calls, const std::string& path, PictureKind 
     wish.width = config.rig.colour.pinhole.width;
     wish.height = config.rig.colour.pinhole.height;
   }
-  const VideoControls controls = colour ? config.colour_controls : config.depth_controls;
-  return [&calls, path, wish, controls] { return openV4l2(calls, path, wish, controls); };
+  return wish;
 }
 
 Result<StreamOpener> openerOf(VideoCalls& calls, const StreamName& name, PictureKind kind, const CameraConfig& config) {
   const std::string text = name.scheme + ":" + name.place;
+  const VideoWish wish = wishOf(kind, config);
+  const VideoControls controls = kind == PictureKind::kColour ? config.colour_controls : config.depth_controls;
   if (name.scheme == "openni2") return openOpenNi2Stream(name.place, kind, config);
+  if (name.scheme == "libcamera")
+    return StreamOpener([id = name.place, wish, controls] { return openLibcamera(id, wish, controls); });
   if (name.scheme != "v4l2")
     return Error{ErrorCode::kWrongUse, "stream '" + text + "': scheme '" + name.scheme + "' gives no single stream"};
   if (name.place.empty()) return Error{ErrorCode::kWrongUse, "stream '" + text + "' names no device"};
-  return v4l2Opener(calls, name.place, kind, config);
+  return StreamOpener([&calls, path = name.place, wish, controls] { return openV4l2(calls, path, wish, controls); });
 }
 
 PairedOptions pairedOptions(const CameraConfig& config, CaptureLog log) {
@@ -87,10 +91,14 @@ Result<std::unique_ptr<FrameSource>> openCamera(const std::string& scheme, const
 }
 
 std::vector<std::string> cameraSchemes() {
+  const char* const no_libcamera = hasLibcamera() ? "" : ": not in this build, libcamera-dev was missing";
   const char* const absence = hasOpenNi2() ? "" : ": not in this build, libopenni2-dev was missing";
   return {"v4l2:COLOUR,DEPTH (two device files of a camera, such as v4l2:/dev/video2,/dev/video0)",
           "pair:COLOUR_URI,DEPTH_URI (any colour stream with any depth stream, such as "
           "pair:v4l2:/dev/video4,openni2:)",
+          std::string("libcamera:ID as the colour stream of a pair, such as pair:libcamera:ID,openni2: (ID may be left "
+                      "out if there is one)") +
+              no_libcamera,
           std::string("openni2:URI (a camera that OpenNI2 opens, any if URI is empty)") + absence,
           std::string("openni2:FILE.oni (a recording of OpenNI2)") + absence};
 }
@@ -115,6 +123,7 @@ std::vector<std::string> camerasFound(VideoCalls& calls) {
     for (const std::string& name : offer->other_formats) others += " " + name;
     if (!others.empty()) lines.push_back("  not understood here:" + others);
   }
+  for (std::string& line : libcameraFound()) lines.push_back(std::move(line));
   for (std::string& line : openNi2Found()) lines.push_back(std::move(line));
   return lines;
 }

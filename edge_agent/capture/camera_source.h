@@ -18,8 +18,8 @@ using CaptureLog = std::function<void(const std::string& line)>;
 bool isCameraScheme(const std::string& scheme);
 
 /// Opens `scheme:place`: `v4l2:COLOUR,DEPTH` (device files), `openni2:URI`, `openni2:FILE.oni` (a recording) or
-/// `pair:URI,URI` (colour, depth; each v4l2:DEVICE or openni2:URI). Errors of openPaired and of the devices, which name
-/// the device.
+/// `pair:URI,URI` (colour, depth; each v4l2:DEVICE or openni2:URI, colour also libcamera:ID). Errors of openPaired and
+/// of the devices, which name the device.
 Result<std::unique_ptr<FrameSource>> openCamera(const std::string& scheme, const std::string& place,
                                                 const CameraConfig& config, CaptureLog log,
                                                 VideoCalls& calls = systemVideoCalls());
