@@ -9,6 +9,16 @@
 #include "mapping_core/surfels/surfel_pool.h"
 
 namespace comap {
+namespace {
+
+bool fitsCamera(const Frame& frame) {
+  const auto fits = [&](const auto& image) {
+    return image.width() == frame.camera.width && image.height() == frame.camera.height && !image.empty();
+  };
+  return fits(frame.colour) && fits(frame.depth);
+}
+
+}  // namespace
 
 Result<std::unique_ptr<PaperCore>> PaperCore::create(gpu::Device& device, const PaperOptions& options, Log log) {
   auto pool = SurfelPool::create(device, size_t{options.fusion.memory_mb} << 20, true);
@@ -43,6 +53,17 @@ Result<void> PaperCore::playRound(const std::vector<std::optional<Frame>>& frame
   if (tick_ == kLastTick)
     return Error{ErrorCode::kWrongUse,
                  "the paper mode takes at most " + std::to_string(kLastTick) + " frames a camera"};
+  if (frames.size() != cameras_.size())
+    return Error{ErrorCode::kWrongUse, fmt::format("a round has {} frames, expected one for each of {} cameras",
+                                                   frames.size(), cameras_.size())};
+  for (size_t i = 0; i < frames.size(); ++i)
+    if (frames[i] && !fitsCamera(*frames[i]))
+      return Error{
+          ErrorCode::kWrongUse,
+          fmt::format("camera {}: colour of {} x {} and depth of {} x {} pixels, expected "
+                      "the camera's {} x {}",
+                      cameras_[i].name, frames[i]->colour.width(), frames[i]->colour.height(), frames[i]->depth.width(),
+                      frames[i]->depth.height(), frames[i]->camera.width, frames[i]->camera.height)};
   ++tick_;
   std::vector<PaperFrameRecord> records;
   for (uint32_t i = 0; i < cameras_.size(); ++i) {

@@ -61,6 +61,16 @@ TEST(Compare, SaysPlainlyWhereThePaperModeIsBetter) {
   EXPECT_NE(text.find("not a tenth"), std::string::npos) << text;
 }
 
+TEST(Compare, AFalseMergeIsNoMerit) {
+  json graph = reportOf(0.01, 0, 1e6), paper = reportOf(0.01, 4.0, 2e7);
+  graph["joint_ate_rmse_m"] = nullptr;
+  graph["maps"].push_back({{"id", "b"}});
+  EXPECT_FALSE(compareJson({{"a", graph, paper}}).at("at_least_as_accurate").get<bool>());
+  paper["closures"]["false_merges_standing"] = 1;
+  EXPECT_TRUE(compareJson({{"a", graph, paper}}).at("at_least_as_accurate").get<bool>());
+  EXPECT_FALSE(compareJson({{"a", paper, graph}}).at("at_least_as_accurate").get<bool>());
+}
+
 TEST(Compare, WithoutTruthNothingIsClaimed) {
   json graph = reportOf(0, 0, 1e6), paper = reportOf(0, 0, 2e7);
   for (json* report : {&graph, &paper}) {

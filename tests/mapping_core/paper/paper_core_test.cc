@@ -91,6 +91,20 @@ TEST(PaperCore, SameFramesGiveTheSameBits) {
   }
 }
 
+TEST(PaperCore, RoundsAndFramesThatDoNotFitAreRefused) {
+  COMAP_DEVICE_OR_SKIP(device);
+  const auto core = makeCore(device, 1);
+  Frame frame = Scene::room().render(kCamera, Pose());
+  frame.depth = DepthImage(10, 10);
+  const auto played = core->playRound({frame});
+  ASSERT_FALSE(played);
+  EXPECT_EQ(played.error().code, ErrorCode::kWrongUse);
+  EXPECT_NE(played.error().text.find("10 x 10"), std::string::npos) << played.error().text;
+  EXPECT_FALSE(core->playRound({}));
+  EXPECT_TRUE(core->playRound({std::nullopt})) << "a camera may have nothing to show";
+  EXPECT_TRUE(core->cameras()[0].log.empty());
+}
+
 TEST(PaperCore, ANinthCameraIsRefused) {
   COMAP_DEVICE_OR_SKIP(device);
   const auto core = makeCore(device, 8);
