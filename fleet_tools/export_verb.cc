@@ -1,5 +1,3 @@
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -8,10 +6,14 @@
 #include <set>
 
 #include "fleet_tools/fail.h"
+#include "fleet_tools/glb.h"
 #include "fleet_tools/ply.h"
 #include "fleet_tools/record_json.h"
+#include "fleet_tools/staged_files.h"
 #include "fleet_tools/text_table.h"
+#include "fleet_tools/tiles3d.h"
 #include "fleet_tools/verb.h"
+#include "fleet_tools/view/map_frame.h"
 #include "mapping_core/store/map_store.h"
 #include "mapping_core/tiles/tile_builder.h"
 
@@ -28,50 +30,6 @@ struct ExportOptions {
 struct Exported {
   std::vector<std::string> files;
   size_t points = 0, poses = 0;
-};
-
-// Files under other names until all are whole; what is left uncommitted goes, folders made for them too.
-class StagedFiles {
- public:
-  StagedFiles() = default;
-  StagedFiles(const StagedFiles&) = delete;
-  StagedFiles& operator=(const StagedFiles&) = delete;
-  ~StagedFiles() {
-    std::error_code code;
-    for (const auto& [staged, final] : files_) fs::remove(staged, code);
-    for (auto folder = folders_.rbegin(); folder != folders_.rend(); ++folder) fs::remove(*folder, code);
-  }
-
-  Result<void> makeFolder(const fs::path& folder) {
-    std::error_code code;
-    if (fs::is_directory(folder, code)) return {};
-    if (!fs::create_directory(folder, code)) return cannot("make folder", folder, code);
-    folders_.push_back(folder);
-    return {};
-  }
-  std::string stage(const fs::path& final) {
-    files_.emplace_back(final.string() + ".part-" + std::to_string(getpid()), final);
-    return files_.back().first.string();
-  }
-  Result<void> commit() {
-    for (const auto& [staged, final] : files_) {
-      std::error_code code;
-      if (fs::exists(final, code) && !fs::is_regular_file(final, code))
-        return Error{ErrorCode::kWrongUse, final.string() + ": is no regular file"};
-      fs::rename(staged, final, code);
-      if (code) return cannot("write", final, code);
-    }
-    files_.clear();
-    folders_.clear();
-    return {};
-  }
-
- private:
-  static Error cannot(const char* what, const fs::path& path, const std::error_code& code) {
-    return {ErrorCode::kUnreachable, path.string() + ": cannot " + what + ": " + code.message()};
-  }
-  std::vector<std::pair<fs::path, fs::path>> files_;
-  std::vector<fs::path> folders_;
 };
 
 std::string list(const std::set<MapId>& maps) {
@@ -92,17 +50,32 @@ Result<MapId> chooseMap(const ExportOptions& options, const std::set<MapId>& map
                options.store + ": holds " + std::to_string(maps.size()) + " maps, name one with --map: " + list(maps)};
 }
 
-Result<Exported> exportPly(const MapStore& store, const ExportOptions& options) {
+Result<std::vector<Tile>> chosenTiles(const MapStore& store, const ExportOptions& options) {
   const auto sizes = store.mapSizes();
   if (!sizes) return sizes.error();
   std::set<MapId> maps;
   for (const auto& [map, size] : *sizes) maps.insert(map);
   const Result<MapId> map = chooseMap(options, maps);
   if (!map) return map.error();
-  const auto tiles = store.tiles(*map);
+  return store.tiles(*map);
+}
+
+// From the cameras and the floors of the map that the tiles are of.
+Result<Eigen::Vector3d> upOf(const MapStore& store, const std::vector<Tile>& tiles) {
+  const auto keyframes = store.keyframes();
+  if (!keyframes) return keyframes.error();
+  std::vector<Pose> poses;
+  for (const StoredKeyframe& keyframe : *keyframes)
+    if (!tiles.empty() && keyframe.map == tiles.front().key.map) poses.push_back(keyframe.T_map_cam);
+  std::vector<const Tile*> list;
+  for (const Tile& tile : tiles) list.push_back(&tile);
+  return mapFrame(list, poses).up;
+}
+
+Result<Exported> exportPoints(const MapStore& store, const ExportOptions& options) {
+  const auto tiles = chosenTiles(store, options);
   if (!tiles) return tiles.error();
   std::vector<MapPoint> points;
-  points.reserve(sizes->at(*map).surfels);
   for (const Tile& tile : *tiles) {
     for (const TileSurfel& packed : tile.surfels) {
       const Surfel s = dequantise(packed, tile.key);
@@ -110,9 +83,29 @@ Result<Exported> exportPly(const MapStore& store, const ExportOptions& options) 
     }
   }
   StagedFiles staged;
-  if (const auto written = writePly(staged.stage(options.out), points); !written) return written.error();
+  const std::string file = staged.stage(options.out);
+  if (options.format == "ply") {
+    if (const auto written = writePly(file, points); !written) return written.error();
+  } else {
+    const auto up = upOf(store, *tiles);
+    if (!up) return up.error();
+    const GlbOptions glb{Eigen::Quaterniond::FromTwoVectors(*up, Eigen::Vector3d::UnitY()), tiles->front().key.map};
+    if (const auto written = writeGlb(file, points, glb); !written) return written.error();
+  }
   if (const auto committed = staged.commit(); !committed) return committed.error();
   return Exported{{options.out}, points.size(), 0};
+}
+
+Result<Exported> exportTiles3d(const MapStore& store, const ExportOptions& options) {
+  const auto tiles = chosenTiles(store, options);
+  if (!tiles) return tiles.error();
+  const auto up = upOf(store, *tiles);
+  if (!up) return up.error();
+  StagedFiles staged;
+  const auto written = writeTiles3d(staged, options.out, *tiles, *up);
+  if (!written) return written.error();
+  if (const auto committed = staged.commit(); !committed) return committed.error();
+  return Exported{{(fs::path(options.out) / "tileset.json").string()}, written->points, 0};
 }
 
 std::string tumLine(const StoredKeyframe& keyframe) {
@@ -183,15 +176,17 @@ Result<Exported> exportTum(const MapStore& store, const ExportOptions& options) 
 int run(const ExportOptions& options) {
   const Result<MapStore> store = MapStore::open(options.store, MapStore::Mode::kReadOnly);
   if (!store) return failWith(store.error());
-  const bool ply = options.format == "ply";
-  const Result<Exported> exported = ply ? exportPly(*store, options) : exportTum(*store, options);
+  const bool poses = options.format == "tum";
+  const Result<Exported> exported = poses                         ? exportTum(*store, options)
+                                    : options.format == "tiles3d" ? exportTiles3d(*store, options)
+                                                                  : exportPoints(*store, options);
   if (!exported) return failWith(exported.error());
   if (options.json) {
     printJson({{"files", exported->files}, {"points", exported->points}, {"poses", exported->poses}});
     return 0;
   }
   for (const std::string& file : exported->files) std::printf("%s\n", file.c_str());
-  std::printf("%zu %s\n", ply ? exported->points : exported->poses, ply ? "points" : "poses");
+  std::printf("%zu %s\n", poses ? exported->poses : exported->points, poses ? "poses" : "points");
   return 0;
 }
 
@@ -200,14 +195,18 @@ int run(const ExportOptions& options) {
 void addExportVerb(CLI::App& app, int& exit_code) {
   auto* verb = app.add_subcommand("export", "A map as a point cloud, or the keyframes' trajectories");
   verb->footer(
-      "ply: one file, the surfels of one map. tum: a folder with ROBOT.trajectory.txt in the frame of its map, in one\n"
-      "folder per map if there are several.\n"
+      "ply, glb: one file, the surfels of one map; glb is binary glTF, whose y is up. tiles3d: a folder with a tileset "
+      "of\n"
+      "3D Tiles 1.1, a content for each tile of one map and thinned ones for far views. tum: a folder with\n"
+      "ROBOT.trajectory.txt in the frame of its map, in one folder per map if there are several.\n"
       "Example: fleet export run/map.comap --format ply --out map.ply");
   auto options = std::make_shared<ExportOptions>();
   verb->add_option("STORE", options->store, "Map store to read")->required();
-  verb->add_option("--format", options->format, "What to write")->required()->check(CLI::IsMember({"ply", "tum"}));
-  verb->add_option("--out", options->out, "File (ply) or folder (tum) to write")->required();
-  verb->add_option("--map", options->map, "Which map; needed for ply if there are several");
+  verb->add_option("--format", options->format, "What to write")
+      ->required()
+      ->check(CLI::IsMember({"ply", "glb", "tiles3d", "tum"}));
+  verb->add_option("--out", options->out, "File (ply, glb) or folder (tiles3d, tum) to write")->required();
+  verb->add_option("--map", options->map, "Which map; needed if there are several, except for tum");
   verb->add_flag("--json", options->json, "Print what was written as one JSON document");
   verb->callback([options, &exit_code] { exit_code = run(*options); });
 }

@@ -22,6 +22,7 @@ void addVerbs(CLI::App& app, int& exit_code) {
   comap::addDoctorVerb(app, exit_code);
   comap::addRecoverVerb(app, exit_code);
   comap::addViewVerb(app, exit_code);
+  comap::addWatchVerb(app, exit_code);
 }
 
 }  // namespace

@@ -21,5 +21,6 @@ void addKeysVerb(CLI::App& app, int& exit_code);
 void addDoctorVerb(CLI::App& app, int& exit_code);
 void addRecoverVerb(CLI::App& app, int& exit_code);
 void addViewVerb(CLI::App& app, int& exit_code);
+void addWatchVerb(CLI::App& app, int& exit_code);
 
 }  // namespace comap

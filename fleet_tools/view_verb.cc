@@ -5,33 +5,86 @@
 #include <optional>
 
 #include "fleet_tools/fail.h"
+#include "fleet_tools/observer_link.h"
 #include "fleet_tools/verb.h"
 #include "fleet_tools/view/keyframe_answers.h"
+#include "fleet_tools/view/live_scene.h"
 #include "fleet_tools/view/store_scene.h"
 #include "fleet_tools/view/view_server.h"
 
 namespace comap {
 namespace {
 
-constexpr std::chrono::milliseconds kTurn(100);
+constexpr std::chrono::milliseconds kTurn(100), kHearing(60);
 constexpr std::chrono::seconds kStoreLook(2);
+constexpr int kTurnsPerShow = 3;
 
 volatile sig_atomic_t g_stop = 0;
 
 struct ViewOptions {
   std::string store;
+  bool live = false;
+  DdsLinkOptions link;
   ViewServerOptions server;
 };
 
+// A store, a running site, or both: then keyframes and matches are the store's, tiles and robots are heard.
+class Scenes {
+ public:
+  Result<void> open(const ViewOptions& options) {
+    if (!options.store.empty()) {
+      Result<StoreScene> store = StoreScene::open(options.store, !options.live);
+      if (!store) return store.error();
+      store_.emplace(std::move(*store));
+      if (const auto read = store_->refresh(feed_); !read) return read.error();
+    }
+    if (!options.live) return {};
+    std::string name;
+    auto link = connectObserver(options.link, true, name);
+    if (!link) return link.error();
+    live_.emplace(std::move(*link), name, options.link.site);
+    live_->show(feed_, store_ ? &*store_ : nullptr);
+    return {};
+  }
+
+  // Called ten times a second.
+  Result<void> follow() {
+    bool changed = false;
+    if (store_ && std::chrono::steady_clock::now() - looked_ >= kStoreLook) {
+      looked_ = std::chrono::steady_clock::now();
+      const auto read = store_->refresh(feed_);
+      if (!read) return read.error();
+      changed = *read;
+    }
+    if (!live_) return {};
+    live_->hear(feed_, kHearing);
+    if (changed || ++turns_ % kTurnsPerShow == 0) live_->show(feed_, store_ ? &*store_ : nullptr);
+    return {};
+  }
+
+  ViewAnswer answer(const std::string& path) const {
+    return answerAboutKeyframe(path, store_ ? &store_->store() : nullptr, [this](const KeyframeId& id) {
+      return store_ ? store_->verdictsOf(id) : live_->verdictsOf(id);
+    });
+  }
+
+  const ViewFeed& feed() const { return feed_; }
+
+ private:
+  ViewFeed feed_;
+  std::optional<StoreScene> store_;
+  std::optional<LiveScene> live_;
+  std::chrono::steady_clock::time_point looked_ = std::chrono::steady_clock::now();
+  int turns_ = 0;
+};
+
 int run(const ViewOptions& options) {
-  ViewFeed feed;
-  Result<StoreScene> store = StoreScene::open(options.store, true);
-  if (!store) return failWith(store.error());
-  if (const auto read = store->refresh(feed); !read) return failWith(read.error());
-  const auto answer = [&](const std::string& path) {
-    return answerAboutKeyframe(path, &store->store(), [&](const KeyframeId& id) { return store->verdictsOf(id); });
-  };
-  const auto server = ViewServer::start(options.server, feed, answer);
+  if (options.store.empty() && !options.live)
+    return failWith({ErrorCode::kWrongUse, "view: name a STORE, or --live, or both"});
+  Scenes scenes;
+  if (const auto opened = scenes.open(options); !opened) return failWith(opened.error());
+  const auto server =
+      ViewServer::start(options.server, scenes.feed(), [&](const std::string& path) { return scenes.answer(path); });
   if (!server) return failWith(server.error());
   std::printf("http://%s:%d/\n", options.server.address.c_str(), (*server)->port());
   std::fflush(stdout);
@@ -40,12 +93,9 @@ int run(const ViewOptions& options) {
   action.sa_handler = [](int) { g_stop = 1; };
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
-  auto looked = std::chrono::steady_clock::now();
   while (g_stop == 0) {
     (*server)->serve(kTurn);
-    if (std::chrono::steady_clock::now() - looked < kStoreLook) continue;
-    looked = std::chrono::steady_clock::now();
-    if (const auto read = store->refresh(feed); !read) return failWith(read.error());
+    if (const auto followed = scenes.follow(); !followed) return failWith(followed.error());
   }
   return 0;
 }
@@ -56,10 +106,15 @@ void addViewVerb(CLI::App& app, int& exit_code) {
   auto* verb = app.add_subcommand("view", "The map in a web browser: robots, tiles, keyframes and why they matched");
   verb->footer(
       "Prints the address to open and serves until Ctrl-C. A store that a core is writing may be viewed; the page\n"
-      "follows it. Nothing is fetched from elsewhere, and pages of other sites are not let in.\n"
-      "Example: fleet view run/map.comap --port 8420");
+      "follows it. --live listens to a running core and asks it for tiles; with its STORE too, keyframes have "
+      "pictures.\n"
+      "Nothing is fetched from elsewhere, and pages of other sites are not let in.\n"
+      "Example: fleet view run/map.comap --port 8420\n"
+      "Example: fleet view --live --site flat");
   auto options = std::make_shared<ViewOptions>();
-  verb->add_option("STORE", options->store, "Map store to read")->required();
+  verb->add_option("STORE", options->store, "Map store to read");
+  verb->add_flag("--live", options->live, "Listen to a running site");
+  addObserverOptions(*verb, options->link);
   verb->add_option("--port", options->server.port, "TCP port; 0: any free one")->check(CLI::Range(0, 65535));
   verb->add_option("--address", options->server.address,
                    "IPv4 address to listen on; others than 127.0.0.1 let the network see the map and the pictures");

@@ -263,18 +263,30 @@ Result<void> MappingService::handleInterest(const Delivery& delivery) {
     refuse(delivery, interest.error().text);
     return {};
   }
+  if (interest->session == 0) return handleObserver(*interest);
   RobotRecord* record = registry_.served(interest->robot, interest->session);
   if (record == nullptr || !record->correction) return {};
   record->interest = *interest;
   // A robot may know better where it is than the graph does yet: in a part of the joint map that it has recognised.
   const bool elsewhere = interest->at && tiles_.holds(interest->at->map);
-  if (elsewhere) return sendTiles(*interest, interest->at->map, interest->at->T_map_cam);
-  return sendTiles(*interest, record->correction->map, record->correction->T_map_odom * interest->T_odom_cam);
+  TileDownlink& downlink = downlinks_[interest->robot];
+  if (elsewhere) return sendTiles(*interest, interest->at->map, interest->at->T_map_cam, downlink);
+  return sendTiles(*interest, record->correction->map, record->correction->T_map_odom * interest->T_odom_cam, downlink);
 }
 
-Result<void> MappingService::sendTiles(const Interest& interest, const MapId& map, const Pose& T_map_cam) {
+// Who only looks on is in no map and has no session; it asks for each map apart.
+Result<void> MappingService::handleObserver(const Interest& interest) {
+  constexpr size_t kMostAsked = 128;  // observers times maps
+  std::erase_if(observers_, [&](const auto& entry) { return !tiles_.holds(entry.first.second); });
+  if (!interest.at || !tiles_.holds(interest.at->map) || registry_.robots().contains(interest.robot)) return {};
+  const std::pair asked(interest.robot, interest.at->map);
+  if (!observers_.contains(asked) && observers_.size() >= kMostAsked) return {};
+  return sendTiles(interest, interest.at->map, interest.at->T_map_cam, observers_[asked]);
+}
+
+Result<void> MappingService::sendTiles(const Interest& interest, const MapId& map, const Pose& T_map_cam,
+                                       TileDownlink& downlink) {
   const auto now = std::chrono::steady_clock::now();
-  TileDownlink& downlink = downlinks_[interest.robot];
   const std::vector<HeldTile> held = downlink.reported(map, interest.held, now);
   size_t budget = static_cast<size_t>(interest.budget_bytes_per_s / kInterestsPerSecond);
   if (options_.pace_tiles) budget = std::min(budget, downlink.room());

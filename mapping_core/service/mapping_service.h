@@ -83,7 +83,8 @@ class MappingService {
   void noteAlive(const std::string& robot, uint64_t session);
   Result<void> handleKeyframe(const Delivery& delivery);
   Result<void> handleInterest(const Delivery& delivery);
-  Result<void> sendTiles(const Interest& interest, const MapId& map, const Pose& T_map_cam);
+  Result<void> handleObserver(const Interest& interest);
+  Result<void> sendTiles(const Interest& interest, const MapId& map, const Pose& T_map_cam, TileDownlink& downlink);
   Result<void> mapNext();
   void announceMerges(const MapChange& change);
   Result<void> publishCorrections();
@@ -109,7 +110,8 @@ class MappingService {
   std::map<std::string, uint32_t> robot_index_;  // in order of first keyframe
   std::map<std::string, Latest> latest_;         // last mapped keyframe of each robot
   std::map<std::string, TileDownlink> downlinks_;
-  std::map<KeyframeId, uint32_t> unpublished_;  // anchor -> keyframes since its tiles were renewed
+  std::map<std::pair<std::string, MapId>, TileDownlink> observers_;  // by name and map asked for
+  std::map<KeyframeId, uint32_t> unpublished_;                       // anchor -> keyframes since its tiles were renewed
   ServiceStatistics statistics_;
   CoreLoad load_;
   uint32_t keyframes_ = 0;

@@ -140,6 +140,7 @@ class DdsLink : public Link {
   int peers() const override;
 
  private:
+  Result<void> openSubscriber(const std::vector<std::string>& partitions, dds::Subscriber*& subscriber);
   Result<void> openReader(Topic topic);
   Result<dds::DataWriter*> writerOf(Topic topic, const std::string& robot);
   Result<dds::Publisher*> publisherTo(const std::string& partition);
@@ -159,6 +160,7 @@ class DdsLink : public Link {
   Bell bell_;
   dds::DomainParticipant* participant_ = nullptr;
   dds::Subscriber* subscriber_ = nullptr;
+  dds::Subscriber* own_subscriber_ = nullptr;  // of an observer with a name, for what goes to it alone
   std::map<Topic, dds::Topic*> topics_;
   std::map<std::string, dds::Publisher*> publishers_;                               // by partition
   std::map<std::pair<Topic, std::string>, std::vector<dds::DataWriter*>> writers_;  // by topic and partition
@@ -203,14 +205,18 @@ Result<void> DdsLink::open() {
   }
   const dds::TypeSupport type(new OctetsType);
   if (participant_->register_type(type) != ReturnCode_t::RETCODE_OK) return unreachable("registering the type");
-  dds::SubscriberQos subscriber_qos = dds::SUBSCRIBER_QOS_DEFAULT;
-  for (const std::string& partition : partitionsRead(options_.role, options_.site, options_.robot))
-    subscriber_qos.partition().push_back(partition.c_str());
-  subscriber_ = participant_->create_subscriber(subscriber_qos);
-  if (subscriber_ == nullptr) return unreachable("creating the subscriber");
+  if (auto made = openSubscriber(partitionsRead(options_.role, options_.site, options_.robot), subscriber_); !made)
+    return made;
+  // Tiles for others must not come to an observer: their writers would wait for it too.
+  const bool asks = options_.role == LinkRole::kObserver && !options_.robot.empty();
+  if (auto made =
+          asks ? openSubscriber({partitionWritten(options_.site, options_.robot)}, own_subscriber_) : Result<void>();
+      !made)
+    return made;
   for (const Topic topic : kAllTopics) {
     const bool in = reads(options_.role, topic), out = writes(options_.role, topic);
     if (!in && !out) continue;
+    if (options_.role == LinkRole::kObserver && options_.robot.empty() && isForNamedObservers(topic)) continue;
     topics_[topic] = participant_->create_topic(topicName(topic), type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
     if (topics_[topic] == nullptr) return unreachable("creating topic " + topicName(topic));
     if (auto opened = in ? openReader(topic) : Result<void>(); !opened) return opened;
@@ -219,6 +225,13 @@ Result<void> DdsLink::open() {
     if (auto writer = writerOf(topic, options_.robot); !writer) return writer.error();
   }
   return {};
+}
+
+Result<void> DdsLink::openSubscriber(const std::vector<std::string>& partitions, dds::Subscriber*& subscriber) {
+  dds::SubscriberQos qos = dds::SUBSCRIBER_QOS_DEFAULT;
+  for (const std::string& partition : partitions) qos.partition().push_back(partition.c_str());
+  subscriber = participant_->create_subscriber(qos);
+  return subscriber != nullptr ? Result<void>() : unreachable("creating the subscriber");
 }
 
 Result<dds::Publisher*> DdsLink::publisherTo(const std::string& partition) {
@@ -257,11 +270,12 @@ Result<dds::DataWriter*> DdsLink::writerOf(Topic topic, const std::string& robot
 }
 
 Result<void> DdsLink::openReader(Topic topic) {
+  const bool own_tiles = options_.role == LinkRole::kObserver && isForNamedObservers(topic);
   auto& inlet = inlets_[topic] = std::make_unique<Inlet>(
-      topic, options_.role == LinkRole::kRobot ? options_.robot : "", bell_,
+      topic, options_.role == LinkRole::kRobot || own_tiles ? options_.robot : "", bell_,
       [this, topic](const Octets& sample, const dds::SampleInfo& info) { return isGenuine(topic, sample, info); });
   // Created without listener: the first callback may come before create_datareader has returned.
-  inlet->setReader(subscriber_->create_datareader(topics_.at(topic), readerQos(topic)));
+  inlet->setReader((own_tiles ? own_subscriber_ : subscriber_)->create_datareader(topics_.at(topic), readerQos(topic)));
   if (inlet->reader() == nullptr) return unreachable("creating the reader of " + topicName(topic));
   inlet->reader()->set_listener(inlet.get(), dds::StatusMask::data_available());
   return {};
@@ -299,7 +313,9 @@ Result<void> DdsLink::publish(Topic topic, const std::string& robot, std::span<c
 bool DdsLink::isGenuine(Topic topic, const Octets& sample, const dds::SampleInfo& info) {
   if (!writes(LinkRole::kRobot, topic)) return true;
   const auto writer = eprosima::fastrtps::rtps::iHandle2GUID(info.publication_handle);
-  if (authorship_.isOf(writer.guidPrefix, sample.robot)) return true;
+  if (authorship_.isOf(writer.guidPrefix, KeyRole::kRobot, sample.robot)) return true;
+  if (writes(LinkRole::kObserver, topic) && authorship_.isOf(writer.guidPrefix, KeyRole::kTool, sample.robot))
+    return true;
   if (!told_of_impostor_ && options_.notice) {
     options_.notice(topicName(topic) + " in the name of robot '" + safeName(sample.robot) +
                     "' from a participant whose certificate is not that robot's: passed over");
@@ -399,7 +415,7 @@ Result<void> checkDdsOptions(const DdsLinkOptions& options) {
     return Error{ErrorCode::kWrongUse, "link.site '" + options.site.substr(0, 64) +
                                            "' is no site, expected 1-64 characters without * ? [ ] \\ /"};
   }
-  if (options.role == LinkRole::kRobot) {
+  if (options.role == LinkRole::kRobot || (options.role == LinkRole::kObserver && !options.robot.empty())) {
     if (const std::string problem = robotNameProblem(options.robot); !problem.empty()) {
       return Error{ErrorCode::kWrongUse, problem};
     }

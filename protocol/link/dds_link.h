@@ -14,7 +14,7 @@ struct DdsLinkOptions {
   int domain = 42;               ///< 0..230; robots and core of a site share it
   std::string site = "default";  ///< DDS partition: sites on one domain do not hear each other
   LinkRole role = LinkRole::kRobot;
-  std::string robot;  ///< a robot's own name; unused by others
+  std::string robot;  ///< a robot's own name, or that of an observer who asks for tiles; unused by others
   /// The one interface to use: its IPv4 address, or its name ("wlan0"), whose address may then come, go and change.
   /// 127.*: nothing leaves the machine.
   std::string interface_address = "127.0.0.1";

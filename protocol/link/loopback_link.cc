@@ -83,7 +83,9 @@ class LoopbackHub::Endpoint : public Link {
 
  private:
   bool wants(const Delivery& delivery) const {
-    return reads(role_, delivery.topic) && (role_ != LinkRole::kRobot || delivery.robot == robot_);
+    const bool own_alone =
+        role_ == LinkRole::kRobot || (role_ == LinkRole::kObserver && isForNamedObservers(delivery.topic));
+    return reads(role_, delivery.topic) && (!own_alone || delivery.robot == robot_);
   }
   // The oldest of the same topic and robot makes room once there are as many as late joiners get.
   void latch(const Delivery& delivery) {

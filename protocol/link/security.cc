@@ -48,9 +48,11 @@ Result<void> checkKeys(const DdsLinkOptions& options) {
   if (owner->role != keyRoleOf(options.role) && !core_looks_round)
     return Error{ErrorCode::kWrongUse,
                  where + " is of " + describe(*owner) + ", this is a " + keyRoleName(keyRoleOf(options.role))};
-  if (options.role == LinkRole::kRobot && owner->name != options.robot)
-    return Error{ErrorCode::kWrongUse,
-                 where + " is of " + describe(*owner) + ", this robot is '" + options.robot + "'"};
+  const bool named =
+      options.role == LinkRole::kRobot || (options.role == LinkRole::kObserver && !options.robot.empty());
+  if (named && owner->name != options.robot)
+    return Error{ErrorCode::kWrongUse, where + " is of " + describe(*owner) + ", this " +
+                                           keyRoleName(keyRoleOf(options.role)) + " is '" + options.robot + "'"};
   if (owner->site != options.site)
     return Error{ErrorCode::kWrongUse,
                  where + " is of " + describe(*owner) + ", but link.site is '" + options.site + "'"};
@@ -93,9 +95,9 @@ HandshakeRoom::~HandshakeRoom() {
   if (participant_ != nullptr) dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
 }
 
-bool Authorship::isOf(const rtps::GuidPrefix_t& writer, const std::string& robot) const {
+bool Authorship::isOf(const rtps::GuidPrefix_t& writer, KeyRole role, const std::string& name) const {
   if (!secured_) return true;
-  const auto start = guidStart({site_, KeyRole::kRobot, robot});
+  const auto start = guidStart({site_, role, name});
   return std::equal(start.begin(), start.end(), std::begin(writer.value));
 }
 

@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 
+#include "protocol/keys/participant.h"
 #include "protocol/link/dds_link.h"
 
 namespace comap {
@@ -37,12 +38,12 @@ class HandshakeRoom {
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
 };
 
-/// Whether a participant with this GUID may have written in the name of `robot`: with keys, only who has authenticated
-/// itself as that robot; without keys, anyone.
+/// Whether a participant with this GUID may have written in the name of a robot, or a tool: with keys, only who has
+/// authenticated itself as that; without keys, anyone.
 class Authorship {
  public:
   explicit Authorship(const DdsLinkOptions& options) : site_(options.site), secured_(!options.keys.empty()) {}
-  bool isOf(const eprosima::fastrtps::rtps::GuidPrefix_t& writer, const std::string& robot) const;
+  bool isOf(const eprosima::fastrtps::rtps::GuidPrefix_t& writer, KeyRole role, const std::string& name) const;
 
  private:
   const std::string site_;

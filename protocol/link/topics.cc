@@ -40,9 +40,10 @@ bool writes(LinkRole role, Topic topic) {
   switch (topic) {
     case Topic::kHello:
     case Topic::kKeyframe:
-    case Topic::kInterest:
     case Topic::kStatus:
       return role == LinkRole::kRobot;
+    case Topic::kInterest:
+      return role != LinkRole::kCore;
     default:
       return role == LinkRole::kCore;
   }
@@ -55,10 +56,12 @@ bool reads(LinkRole role, Topic topic) {
     case LinkRole::kCore:
       return writes(LinkRole::kRobot, topic);
     case LinkRole::kObserver:
-      return topic != Topic::kKeyframe && topic != Topic::kAck && topic != Topic::kInterest && topic != Topic::kTile;
+      return topic != Topic::kKeyframe && topic != Topic::kAck && topic != Topic::kInterest;
   }
   return false;
 }
+
+bool isForNamedObservers(Topic topic) { return topic == Topic::kInterest || topic == Topic::kTile; }
 
 bool isToRobots(Topic topic) { return reads(LinkRole::kRobot, topic); }
 
@@ -116,8 +119,10 @@ Result<void> checkPublish(LinkRole role, const std::string& own_name, Topic topi
                           size_t payload_bytes) {
   const std::string where = topicName(topic) + ": ";
   if (!writes(role, topic)) return Error{ErrorCode::kWrongUse, where + roleName(role) + " does not write this topic"};
-  if (role == LinkRole::kRobot && robot != own_name) {
-    return Error{ErrorCode::kWrongUse, where + "robot '" + own_name + "' cannot write as '" + robot + "'"};
+  if (role == LinkRole::kObserver && own_name.empty())
+    return Error{ErrorCode::kWrongUse, where + "an observer without a name only listens"};
+  if (role != LinkRole::kCore && robot != own_name) {
+    return Error{ErrorCode::kWrongUse, where + roleName(role) + " '" + own_name + "' cannot write as '" + robot + "'"};
   }
   if (robot.empty() && isToRobots(topic)) return Error{ErrorCode::kWrongUse, where + "for no robot"};
   if (!robot.empty()) {

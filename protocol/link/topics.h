@@ -18,7 +18,9 @@ std::string topicName(Topic topic);
 
 bool writes(LinkRole role, Topic topic);
 bool reads(LinkRole role, Topic topic);
-/// Written by the core for one robot each.
+/// Of an observer's topics those that it has only if it has a name: it may ask for tiles, and gets its own.
+bool isForNamedObservers(Topic topic);
+/// Written by the core for one robot each, or for a named observer.
 bool isToRobots(Topic topic);
 
 /// Where messages of or for `robot`, or to all if it is empty, are written, and where a role reads: DDS partitions. So

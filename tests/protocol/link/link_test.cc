@@ -224,6 +224,34 @@ TEST_P(EveryLink, AnObserverSeesWhatIsForAllAndNoImages) {
   EXPECT_FALSE(observer->receive(200ms));
 }
 
+TEST_P(EveryLink, AnObserverWithANameAsksForTilesAndGetsItsOwnAlone) {
+  auto observer = connect_(LinkRole::kObserver, "desk");
+  auto core = connect_(LinkRole::kCore, "");
+  auto robot = connect_(LinkRole::kRobot, "r1");
+  ASSERT_TRUE(observer && core && robot);
+  ASSERT_TRUE(waitFor([&] { return observer->peers() == 1 && core->peers() == 1 && robot->peers() == 1; }));
+  std::optional<Delivery> asked;
+  ASSERT_TRUE(waitFor([&] {
+    EXPECT_TRUE(observer->publish(Topic::kInterest, "desk", pattern(100, 1)));
+    asked = core->receive(200ms);
+    return asked.has_value();
+  }));
+  EXPECT_EQ(asked->topic, Topic::kInterest);
+  EXPECT_EQ(asked->robot, "desk");
+  EXPECT_FALSE(observer->publish(Topic::kInterest, "r1", pattern(100, 1)));
+  ASSERT_TRUE(waitFor([&] { return bool(core->publish(Topic::kTile, "r1", pattern(1000, 2))); }));
+  ASSERT_TRUE(waitFor([&] { return bool(core->publish(Topic::kTile, "desk", pattern(1000, 3))); }));
+  const auto got = observer->receive(20s);
+  ASSERT_TRUE(got);
+  EXPECT_EQ(got->topic, Topic::kTile);
+  EXPECT_EQ(got->payload, pattern(1000, 3));
+  EXPECT_FALSE(observer->receive(300ms));
+  const auto own = robot->receive(20s);
+  ASSERT_TRUE(own);
+  EXPECT_EQ(own->payload, pattern(1000, 2));
+  EXPECT_FALSE(robot->receive(300ms));
+}
+
 TEST_P(EveryLink, ALateObserverGetsTheLastMergesInOrder) {
   auto core = connect_(LinkRole::kCore, "");
   ASSERT_TRUE(core);

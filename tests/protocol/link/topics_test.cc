@@ -19,7 +19,7 @@ TEST(Topics, HaveDistinctNames) {
 TEST(Topics, EachHasOneWriterAndAReader) {
   for (const Topic topic : kAllTopics) {
     EXPECT_NE(writes(LinkRole::kRobot, topic), writes(LinkRole::kCore, topic)) << topicName(topic);
-    EXPECT_FALSE(writes(LinkRole::kObserver, topic));
+    EXPECT_EQ(writes(LinkRole::kObserver, topic), topic == Topic::kInterest) << topicName(topic);
     EXPECT_TRUE(reads(LinkRole::kRobot, topic) || reads(LinkRole::kCore, topic) || reads(LinkRole::kObserver, topic));
     for (const LinkRole role : {LinkRole::kRobot, LinkRole::kCore}) {
       EXPECT_FALSE(writes(role, topic) && reads(role, topic)) << topicName(topic);
@@ -36,6 +36,10 @@ TEST(Topics, PublishIsCheckedForRoleAndName) {
   EXPECT_FALSE(checkPublish(LinkRole::kCore, "", Topic::kAck, "", 1)) << "for no robot";
   EXPECT_TRUE(checkPublish(LinkRole::kCore, "", Topic::kVerdict, "", 1));
   EXPECT_FALSE(checkPublish(LinkRole::kObserver, "", Topic::kVerdict, "", 1));
+  EXPECT_FALSE(checkPublish(LinkRole::kObserver, "", Topic::kInterest, "", 1)) << "it has no name";
+  EXPECT_FALSE(checkPublish(LinkRole::kObserver, "desk", Topic::kInterest, "r1", 1)) << "in a robot's name";
+  EXPECT_FALSE(checkPublish(LinkRole::kObserver, "desk", Topic::kStatus, "desk", 1));
+  EXPECT_TRUE(checkPublish(LinkRole::kObserver, "desk", Topic::kInterest, "desk", 1));
   const auto huge = checkPublish(LinkRole::kRobot, "r1", Topic::kKeyframe, "r1", size_t{17} << 20);
   ASSERT_FALSE(huge);
   EXPECT_NE(huge.error().text.find("comap/v1/keyframe: 17825792 bytes"), std::string::npos);
