@@ -22,5 +22,7 @@ void addDoctorVerb(CLI::App& app, int& exit_code);
 void addRecoverVerb(CLI::App& app, int& exit_code);
 void addViewVerb(CLI::App& app, int& exit_code);
 void addWatchVerb(CLI::App& app, int& exit_code);
+void addManVerb(CLI::App& app, int& exit_code);
+void addCompletionVerb(CLI::App& app, int& exit_code);
 
 }  // namespace comap

@@ -78,6 +78,7 @@ function start() {
     chosen = keyframe;
     scene.choose(keyframe);
     timeline.show(model, chosen);
+    scene.setInsets({right: keyframe && window.innerWidth > 1100 ? 412 : 0});
     if (!keyframe) {
       $('detail').hidden = true;
       $('detail').dataset.keyframe = '';
@@ -127,7 +128,7 @@ function start() {
       soon();
     },
     fit: (above) => scene.fit(above),
-    insets: (left, bottom) => scene.setInsets(left, bottom),
+    insets: (insets) => scene.setInsets(insets),
     closed: () => choose(null),
   });
 

@@ -110,10 +110,10 @@ export function watchControls(on) {
   const fold = () => {
     const folded = $('panel').classList.toggle('folded');
     $('fold').setAttribute('aria-expanded', String(!folded));
-    on.insets(folded ? 0 : 284, 96);
+    on.insets({left: folded ? 0 : 284});
   };
   $('fold').onclick = fold;
-  on.insets(284, 96);
+  on.insets({left: 284, bottom: 96});
   if (window.innerWidth < 760) fold();
   for (const button of document.querySelectorAll('#colouring button')) {
     button.onclick = () => {

@@ -52,7 +52,7 @@ export class Scene {
     }
     this.layers.grid = new THREE.Group();
     this.scene.add(this.layers.grid);
-    this.insets = {left: 0, bottom: 0};
+    this.insets = {left: 0, right: 0, bottom: 0};
     this.keyframes = [];
     this.labels = [];
     this.frame_ms = 0;
@@ -71,8 +71,8 @@ export class Scene {
     const {clientWidth, clientHeight} = this.canvas;
     this.renderer.setSize(clientWidth, clientHeight, false);
     this.camera.aspect = clientWidth / Math.max(1, clientHeight);
-    const {left, bottom} = this.insets;
-    this.camera.setViewOffset(clientWidth, clientHeight, -left / 2, bottom / 2, clientWidth, clientHeight);
+    const {left, right, bottom} = this.insets;
+    this.camera.setViewOffset(clientWidth, clientHeight, (right - left) / 2, bottom / 2, clientWidth, clientHeight);
     this.dirty = true;
   }
 
@@ -86,21 +86,29 @@ export class Scene {
     this.dirty = true;
   }
 
-  // Draws if anything has changed: coarser while the view moves if full density is too slow, then once in full.
+  // Draws if anything has changed: coarser while the view moves if full density is too slow, then once in full. No
+  // frame is begun before the graphics card is done with the last one.
   tick(now) {
     requestAnimationFrame((next) => this.tick(next));
+    if (this.fence) {
+      const gl = this.renderer.getContext();
+      if (gl.getSyncParameter(this.fence, gl.SYNC_STATUS) !== gl.SIGNALED) return;
+      gl.deleteSync(this.fence);
+      this.fence = null;
+      if (this.drewMoving) this.noteFrame(performance.now() - this.begun);
+    }
     const moving = now - this.lastMove < kIdle_ms;
     const full = !this.adaptive || !moving;
-    if (!this.dirty && !(full && this.coarse)) {
-      this.lastFrame = 0;
-      return;
-    }
-    if (moving && this.lastFrame) this.noteFrame(now - this.lastFrame);
-    this.lastFrame = moving ? now : 0;
+    if (!this.dirty && !(full && this.coarse)) return;
     this.splats.detail = full ? 1 : (this.movingDetail || 1);
     this.coarse = this.splats.detail < 1;
+    this.drewMoving = moving;
     this.dirty = false;
+    this.begun = performance.now();
     this.draw();
+    const gl = this.renderer.getContext();
+    this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
   }
 
   noteFrame(ms) {
@@ -164,9 +172,9 @@ export class Scene {
     grid.add(lines);
   }
 
-  /** Pixels at the left and at the foot that panels cover: the view's middle moves out of their way. */
-  setInsets(left, bottom) {
-    this.insets = {left, bottom};
+  /** Pixels at the sides and at the foot that panels cover: the view's middle moves out of their way. */
+  setInsets(insets) {
+    Object.assign(this.insets, insets);
     this.resize();
   }
 
@@ -175,7 +183,7 @@ export class Scene {
     const middle = this.centre();
     middle.y = Math.min(Math.max(middle.y, this.map.low), this.map.high);
     const {clientWidth: width, clientHeight: height} = this.canvas;
-    const free = Math.min(width - this.insets.left, height - this.insets.bottom) / Math.max(height, 1);
+    const free = Math.min(width - this.insets.left - this.insets.right, height - this.insets.bottom) / Math.max(height, 1);
     const distance = 0.95 * this.map.radius / (Math.tan(kFov * Math.PI / 360) * Math.max(free, 0.2));
     const direction = fromAbove ? new THREE.Vector3(0, 1, 0.001) : new THREE.Vector3(0.62, 0.72, 0.75);
     this.controls.target.copy(middle);

@@ -68,7 +68,8 @@ TEST_F(SiteWatchTest, StatesFollowWhatIsHeardAndSilence) {
   EXPECT_EQ(stateOf(robot, now_), "poor");
   EXPECT_EQ(stateOf(robot, now_ + 4s), "poor");
   EXPECT_EQ(stateOf(robot, now_ + 6s), "silent");
-  EXPECT_EQ(stateOf(HeardRobot{}, now_), "expected");
+  const HeardRobot unheard = HeardRobot();
+  EXPECT_EQ(stateOf(unheard, now_), "expected");
 }
 
 TEST_F(SiteWatchTest, RatesAreOfTheLastSecondsAndOfOneSession) {
