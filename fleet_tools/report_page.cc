@@ -279,7 +279,7 @@ std::string renderReportPage(const json& report, const std::vector<ReportPicture
                                                {"median, mm", {"accuracy_median_m"}, 1000, 2},
                                                {"seen within 2 cm, %", {"completeness_2cm"}, 100, 1}};
   std::vector<json> surface;
-  if (const json* values = find(report, {"surface"})) surface.push_back(*values);
+  if (const json* values = find(report, {"surface"}); values != nullptr && !values->empty()) surface.push_back(*values);
 
   std::string page =
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"

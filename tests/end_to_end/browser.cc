@@ -180,9 +180,10 @@ void Browser::click(double x, double y) {
   }
 }
 
-void Browser::screenshot(const std::string& png) {
-  const Json result = command("Page.captureScreenshot");
-  std::ofstream(png, std::ios::binary) << fromBase64(result.at("data").get<std::string>());
+void Browser::screenshot(const std::string& file) {
+  const Json jpeg = {{"format", "jpeg"}, {"quality", 85}};
+  const Json result = command("Page.captureScreenshot", file.ends_with(".jpg") ? jpeg : Json::object());
+  std::ofstream(file, std::ios::binary) << fromBase64(result.at("data").get<std::string>());
 }
 
 std::vector<std::string> Browser::complaints() {

@@ -28,7 +28,8 @@ class Browser {
   /// Whether the expression became true within `seconds`.
   bool waitFor(const std::string& expression, int seconds);
   void click(double x, double y);
-  void screenshot(const std::string& png);
+  /// PNG, or JPEG if the name ends with .jpg.
+  void screenshot(const std::string& file);
   /// Errors and warnings that pages have logged, exceptions, and what could not be loaded.
   std::vector<std::string> complaints();
 

@@ -225,22 +225,22 @@ TEST_P(EveryLink, AnObserverSeesWhatIsForAllAndNoImages) {
 }
 
 TEST_P(EveryLink, AnObserverWithANameAsksForTilesAndGetsItsOwnAlone) {
-  auto observer = connect_(LinkRole::kObserver, "desk");
+  auto observer = connect_(LinkRole::kObserver, "tool");
   auto core = connect_(LinkRole::kCore, "");
   auto robot = connect_(LinkRole::kRobot, "r1");
   ASSERT_TRUE(observer && core && robot);
   ASSERT_TRUE(waitFor([&] { return observer->peers() == 1 && core->peers() == 1 && robot->peers() == 1; }));
   std::optional<Delivery> asked;
   ASSERT_TRUE(waitFor([&] {
-    EXPECT_TRUE(observer->publish(Topic::kInterest, "desk", pattern(100, 1)));
+    EXPECT_TRUE(observer->publish(Topic::kInterest, "tool", pattern(100, 1)));
     asked = core->receive(200ms);
     return asked.has_value();
   }));
   EXPECT_EQ(asked->topic, Topic::kInterest);
-  EXPECT_EQ(asked->robot, "desk");
+  EXPECT_EQ(asked->robot, "tool");
   EXPECT_FALSE(observer->publish(Topic::kInterest, "r1", pattern(100, 1)));
   ASSERT_TRUE(waitFor([&] { return bool(core->publish(Topic::kTile, "r1", pattern(1000, 2))); }));
-  ASSERT_TRUE(waitFor([&] { return bool(core->publish(Topic::kTile, "desk", pattern(1000, 3))); }));
+  ASSERT_TRUE(waitFor([&] { return bool(core->publish(Topic::kTile, "tool", pattern(1000, 3))); }));
   const auto got = observer->receive(20s);
   ASSERT_TRUE(got);
   EXPECT_EQ(got->topic, Topic::kTile);
