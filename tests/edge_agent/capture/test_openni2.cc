@@ -238,6 +238,22 @@ TEST_F(OpenNi2Test, IsWaitedForWhenUnplugged) {
   EXPECT_TRUE((*source)->next());
 }
 
+TEST_F(OpenNi2Test, TheAgentTracksLiveUntilItIsStopped) {
+  setenv("COMAP_TEST_REPEAT", "1", 1);
+  folder_->write("robot.yaml", "camera:\n  colour: {width: 320, height: 240}\n  depth: {width: 320, height: 240}\n");
+  const std::string command =
+      std::string("LD_LIBRARY_PATH=" COMAP_PRIVATE_OPENNI2 " timeout --preserve-status -s INT 3 " COMAP_BIN_DIR
+                  "/edge_agent --config ") +
+      (*folder_ / "robot.yaml") + " --source openni2: --robot a --offline --outbox " + (*folder_ / "outbox") +
+      " --report " + (*folder_ / "report.json") + " 2>" + (*folder_ / "log");
+  EXPECT_EQ(std::system(command.c_str()), 0) << folder_->read("log");
+  EXPECT_THAT(folder_->read("log"), HasSubstr("camera: colour streaming, depth streaming"));
+  EXPECT_THAT(folder_->read("log"), HasSubstr("keyframes wait in"));
+  const std::string report = folder_->read("report.json");
+  EXPECT_THAT(report, HasSubstr("\"camera\":{\"colour\":{"));
+  EXPECT_THAT(report, testing::Not(HasSubstr("\"frames\":0,")));
+}
+
 TEST_F(OpenNi2Test, WhatIsNotThereIsSaid) {
   EXPECT_EQ(openSource("openni2:nothing/9", config()).error().code, ErrorCode::kUnreachable);
   EXPECT_EQ(openSource("openni2:/no/such/file.oni", config()).error().code, ErrorCode::kUnreachable);
