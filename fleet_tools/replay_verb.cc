@@ -203,9 +203,14 @@ int run(ReplayArguments& arguments) {
   for (const std::string& fix : arguments.fixes) arguments.paper.fixes.*kFixes.at(fix) = true;
   arguments.options.robots = std::move(*robots);
   // Before a folder is made: a wrong source is the most common mistake.
-  for (const ReplayRobot& robot : arguments.options.robots)
-    if (auto source = openSource(robot.source); !source)
-      return failWith({source.error().code, "robot " + robot.name + ": " + source.error().text});
+  for (const ReplayRobot& robot : arguments.options.robots) {
+    auto source = openSource(robot.source);
+    if (!source) return failWith({source.error().code, "robot " + robot.name + ": " + source.error().text});
+    if ((*source)->live())
+      return failWith(
+          {ErrorCode::kWrongUse,
+           "robot " + robot.name + ": a camera cannot be replayed, record it first: " + "edge_agent --record"});
+  }
   if (auto prepared = prepareRunFolder(arguments.options.out, arguments.overwrite); !prepared)
     return failWith(prepared.error());
   if (arguments.side_by_side) return runCompare(arguments);
