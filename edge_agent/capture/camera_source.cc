@@ -103,7 +103,7 @@ std::vector<std::string> cameraSchemes() {
           std::string("openni2:FILE.oni (a recording of OpenNI2)") + absence};
 }
 
-std::vector<std::string> camerasFound(VideoCalls& calls) {
+std::vector<std::string> v4l2Found(VideoCalls& calls) {
   std::vector<std::string> lines;
   for (const std::string& path : calls.nodes()) {
     const int descriptor = calls.open(path);
@@ -123,6 +123,11 @@ std::vector<std::string> camerasFound(VideoCalls& calls) {
     for (const std::string& name : offer->other_formats) others += " " + name;
     if (!others.empty()) lines.push_back("  not understood here:" + others);
   }
+  return lines;
+}
+
+std::vector<std::string> camerasFound(VideoCalls& calls) {
+  std::vector<std::string> lines = v4l2Found(calls);
   for (std::string& line : libcameraFound()) lines.push_back(std::move(line));
   for (std::string& line : openNi2Found()) lines.push_back(std::move(line));
   return lines;

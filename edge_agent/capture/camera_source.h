@@ -30,4 +30,7 @@ std::vector<std::string> cameraSchemes();
 /// What is plugged in: a line a device, and indented below what it offers, or why it cannot be used.
 std::vector<std::string> camerasFound(VideoCalls& calls = systemVideoCalls());
 
+/// The same for devices of the kernel alone.
+std::vector<std::string> v4l2Found(VideoCalls& calls);
+
 }  // namespace comap

@@ -221,7 +221,7 @@ TEST(V4l2Stream, IsListed) {
   metadata.capabilities = V4L2_CAP_META_CAPTURE | V4L2_CAP_STREAMING;
   video.plug("/dev/video1", metadata);
   std::string all;
-  for (const std::string& line : camerasFound(video)) all += line + "\n";
+  for (const std::string& line : v4l2Found(video)) all += line + "\n";
   EXPECT_THAT(all, HasSubstr("/dev/video0: Fake camera (fake-1)"));
   EXPECT_THAT(all, HasSubstr("YUYV 128x96 5 fps"));
   EXPECT_THAT(all, HasSubstr("not understood here: H264"));
