@@ -94,4 +94,6 @@ set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
   "libeigen3-dev, libprotobuf-dev, libfastrtps-dev, libfastcdr-dev, libssl-dev, libturbojpeg0-dev, libzstd-dev")
 set(CPACK_COMPONENT_CORE_REQUIRED ON)
-include(CPack)
+if(NOT CMAKE_CROSSCOMPILING)  # their configurations are written by the programs
+  include(CPack)
+endif()

@@ -3,9 +3,8 @@
 #include <spdlog/fmt/fmt.h>
 
 namespace comap {
-namespace {
 
-const char* nameOf(TrackingState state) {
+const char* trackingName(TrackingState state) {
   switch (state) {
     case TrackingState::kOk:
       return "ok";
@@ -15,6 +14,8 @@ const char* nameOf(TrackingState state) {
       return "lost";
   }
 }
+
+namespace {
 
 void addCounts(const Agent& agent, const MetricsPage::Labels& robot, MetricsPage& page) {
   const AgentStatistics& s = agent.statistics();
@@ -49,7 +50,7 @@ void addLevels(const Agent& agent, const MetricsPage::Labels& robot, MetricsPage
   level("comap_agent_tile_memory_bytes", "Memory that they take.", static_cast<double>(agent.tiles().bytes()));
   for (const TrackingState state : {TrackingState::kOk, TrackingState::kPoor, TrackingState::kLost}) {
     MetricsPage::Labels labels = robot;
-    labels["state"] = nameOf(state);
+    labels["state"] = trackingName(state);
     page.gauge("comap_agent_tracking", "1 for the state that tracking is in.", agent.tracking() == state ? 1 : 0,
                labels);
   }
@@ -68,9 +69,9 @@ Telemetry::Report reportOf(const Agent& agent, const std::string& robot) {
   page.summary("comap_agent_odometry_seconds", "Tracking a frame and making its keyframe.", s.odometry_ms, labels);
   page.summary("comap_agent_registration_seconds", "Registering a frame against tiles.", s.localizer_ms, labels);
   report.readiness.ready = s.frames > 0 && agent.tracking() != TrackingState::kLost;
-  report.readiness.state =
-      fmt::format("robot {}: tracking {}, {} frames, {} keyframes, {} wait, core {}", robot, nameOf(agent.tracking()),
-                  s.frames, s.keyframes, agent.unacknowledged(), agent.hasPeer() ? "in sight" : "not in sight");
+  report.readiness.state = fmt::format("robot {}: tracking {}, {} frames, {} keyframes, {} wait, core {}", robot,
+                                       trackingName(agent.tracking()), s.frames, s.keyframes, agent.unacknowledged(),
+                                       agent.hasPeer() ? "in sight" : "not in sight");
   return report;
 }
 

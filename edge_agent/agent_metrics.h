@@ -10,6 +10,9 @@ namespace comap {
 
 constexpr char kAgentMetrics[] = "comap_agent";  ///< what the names of all its metrics begin with
 
+/// ok, poor or lost.
+const char* trackingName(TrackingState state);
+
 /// Ready: frames come and their motion is known. Whether a core is there does not matter: the outbox waits for it.
 Telemetry::Report reportOf(const Agent& agent, const std::string& robot);
 

@@ -80,6 +80,8 @@ Result<AgentConfig> configure(const Arguments& arguments) {
   if (!arguments.status_address.empty()) config.telemetry.status_address = arguments.status_address;
   config.telemetry.trace = arguments.trace;
   config.ros2.enabled = config.ros2.enabled || arguments.ros2;
+  if (config.ros2.enabled)
+    if (auto checked = ros2::checkRos2Options(config.ros2, config.link.domain); !checked) return checked.error();
   config.link.notice = [name = config.robot, log = makeLog(config.telemetry, "edge_agent")](const std::string& line) {
     log.info(name + ": " + line);
   };
@@ -152,11 +154,11 @@ Result<void> drive(Agent& agent, const Arguments& arguments, bool live, const st
     if (!realtime || taken_so_far.frames == frames) continue;
     frames = taken_so_far.frames;
     const auto due = start + std::chrono::nanoseconds(taken_so_far.last_stamp_ns - taken_so_far.first_stamp_ns);
-    while (Clock::now() < due)
-      if (auto exchanged =
-              agent.exchange(std::chrono::duration_cast<milliseconds>(due - Clock::now()) + milliseconds(1));
-          !exchanged)
-        return exchanged;
+    while (Clock::now() < due && g_stop == 0) {
+      tell();
+      const auto left = std::chrono::duration_cast<milliseconds>(due - Clock::now()) + milliseconds(1);
+      if (auto exchanged = agent.exchange(std::min(left, milliseconds(1000))); !exchanged) return exchanged;
+    }
   }
   return agent.closeKeyframe();
 }

@@ -1,20 +1,11 @@
 #include "edge_agent/ros2_output.h"
 
+#include "edge_agent/agent_metrics.h"
+
 namespace comap {
 namespace {
 
 constexpr size_t kLongestPath = 2000;  // poses; a message of 170 kB
-
-const char* nameOf(TrackingState state) {
-  switch (state) {
-    case TrackingState::kOk:
-      return "ok";
-    case TrackingState::kPoor:
-      return "poor";
-    default:
-      return "lost";
-  }
-}
 
 ros2::Transform transform(int64_t stamp_ns, const std::string& frame, const std::string& child, const Pose& pose) {
   ros2::Transform result;
@@ -27,15 +18,15 @@ ros2::Transform transform(int64_t stamp_ns, const std::string& frame, const std:
 
 }  // namespace
 
-Ros2Output::Ros2Output(std::unique_ptr<ros2::Ros2Node> node, std::string robot)
-    : node_(std::move(node)), robot_(std::move(robot)) {}
+Ros2Output::Ros2Output(std::unique_ptr<ros2::Ros2Node> node, const std::string& robot)
+    : node_(std::move(node)), robot_(ros2::rosName(robot)) {}
 
 Result<Ros2Output> Ros2Output::start(const ros2::Ros2Options& options, int fleet_domain, const std::string& robot) {
   auto node = ros2::Ros2Node::start(options, fleet_domain);
   if (!node) return node.error();
   Ros2Output output(std::move(*node), robot);
   const std::vector<ros2::Transform> fixed(
-      1, transform(0, robot + "/base_link", robot + "/camera", ros2::rosFromCamera()));
+      1, transform(0, output.robot_ + "/base_link", output.robot_ + "/camera", ros2::rosFromCamera()));
   output.node_->publish("tf_static", "tf2_msgs/msg/TFMessage", ros2::Durability::kLatched, ros2::serialise(fixed));
   return output;
 }
@@ -47,7 +38,7 @@ void Ros2Output::follow(const Agent& agent) {
   if (told_ != agent.tracking()) {
     told_ = agent.tracking();
     node_->publish(robot_ + "/tracking_state", "std_msgs/msg/String", ros2::Durability::kLatched,
-                   ros2::serialise(std::string(nameOf(*told_))));
+                   ros2::serialise(std::string(trackingName(*told_))));
   }
   if (agent.tracking() == TrackingState::kLost) {  // it stands nowhere
     last_.reset();

@@ -12,9 +12,9 @@
 
 namespace comap {
 
-/// Frames, after REP-105: map/ID -> NAME/odom -> NAME/base_link -> NAME/camera. ID is the joint map's name; when maps
-/// are joined or the graph moves them only map/ID -> NAME/odom jumps. base_link is the camera with ROS' axes.
-/// Thread rule: one thread.
+/// NAME is the robot's as ROS allows it (rosName). Frames, after REP-105: map/ID -> NAME/odom -> NAME/base_link ->
+/// NAME/camera. ID is the joint map's name; when maps are joined or the graph moves them only map/ID -> NAME/odom
+/// jumps. base_link is the camera with ROS' axes. Thread rule: one thread.
 class Ros2Output {
  public:
   static Result<Ros2Output> start(const ros2::Ros2Options& options, int fleet_domain, const std::string& robot);
@@ -23,7 +23,7 @@ class Ros2Output {
   void follow(const Agent& agent);
 
  private:
-  Ros2Output(std::unique_ptr<ros2::Ros2Node> node, std::string robot);
+  Ros2Output(std::unique_ptr<ros2::Ros2Node> node, const std::string& robot);
   void publishOdometry(const Agent& agent, int64_t stamp_ns);
   void publishFrames(const Agent& agent, int64_t stamp_ns);
   void publishPath(const Agent& agent, int64_t stamp_ns);

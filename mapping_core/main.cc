@@ -60,6 +60,8 @@ Result<CoreConfig> configure(const Arguments& arguments) {
   if (!arguments.status_address.empty()) config.telemetry.status_address = arguments.status_address;
   config.telemetry.trace = arguments.trace;
   config.ros2.enabled = config.ros2.enabled || arguments.ros2;
+  if (config.ros2.enabled)
+    if (auto checked = ros2::checkRos2Options(config.ros2, config.link.domain); !checked) return checked.error();
   config.link.role = LinkRole::kCore;
   config.link.notice = [log = makeLog(config.telemetry, "mapping_core")](const std::string& line) { log.info(line); };
   return config;
@@ -96,6 +98,7 @@ Result<void> serve(MappingService& service, Telemetry& telemetry, std::optional<
       if (auto refreshed = service.refreshTiles(); !refreshed) return refreshed;
   }
   telemetry.stopping(kFinish_s);
+  tell(false);
   return service.finish([&](size_t, size_t) { tell(false); });
 }
 

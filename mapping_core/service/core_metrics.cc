@@ -10,8 +10,9 @@ constexpr double kGone_s = 10;  // robots speak at least once a second
 void addRobots(const ServiceState& state, MetricsPage& page) {
   for (const auto& [robot, one] : state.robots) {
     const MetricsPage::Labels labels{{"robot", robot}};
-    if (one.silent_s)
-      page.gauge("comap_core_robot_silent_seconds", "Since a robot was last heard of.", *one.silent_s, labels);
+    if (one.silent_s && !one.finished)
+      page.gauge("comap_core_robot_silent_seconds", "Since a robot that has not ended was last heard of.",
+                 *one.silent_s, labels);
     page.gauge("comap_core_robot_refused", "1 if a robot is not served.", one.refused ? 1 : 0, labels);
   }
 }

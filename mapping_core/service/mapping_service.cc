@@ -331,7 +331,12 @@ Result<void> MappingService::refreshTiles() {
 }
 
 Result<void> MappingService::finish(const std::function<void(size_t, size_t)>& progress) {
-  while (ingest_.hasNext())
+  const auto tell = [&] {
+    if (progress) progress(keyframes_, keyframes_ + ingest_.waiting() + builder_.unfused());
+  };
+  for (tell(); !builder_.caughtUp(); tell())
+    if (auto fused = builder_.catchUp(kFusedAtOnce); !fused) return fused.error();
+  for (; ingest_.hasNext(); tell())
     if (auto mapped = mapNext(); !mapped) return mapped;
   for (const Confirmation& one : builder_.onProbation())
     log_("merge " + std::to_string(one.merge) + " is still on probation: " + describe(one));

@@ -31,8 +31,7 @@ Result<Ros2Map> Ros2Map::start(const ros2::Ros2Options& options, int fleet_domai
   auto node = ros2::Ros2Node::start(options, fleet_domain);
   if (!node) return node.error();
   Ros2Map map(std::move(*node), options.map_points_per_s);
-  map.node_->publish(kTopic, kType, ros2::Durability::kLatched,
-                     ros2::serialise(ros2::PointCloud{{now_ns(), "map"}, {}}));
+  map.node_->publish(kTopic, kType, ros2::Durability::kParts, ros2::serialise(ros2::PointCloud{{now_ns(), "map"}, {}}));
   return map;
 }
 
@@ -40,27 +39,29 @@ void Ros2Map::follow(const TileIndex& tiles, std::chrono::steady_clock::time_poi
   constexpr std::chrono::seconds kPeriod(1);
   if (now - last_ < kPeriod) return;
   last_ = now;
-  const int readers = node_->readers(kTopic);
-  if (readers > readers_) sent_.clear();
-  readers_ = readers;
-  if (readers == 0) return;
+  const auto readers = node_->readers(kTopic);
+  if (readers.ever > readers_) sent_.clear();
+  readers_ = readers.ever;
+  if (readers.now == 0) return;
+  std::erase_if(sent_, [&](const auto& one) { return !tiles.all().contains(one.first); });
   std::map<MapId, std::vector<const Tile*>> changed;
-  std::map<TileKey, uint64_t> sent;
   size_t points = 0;
-  for (const auto& [key, tile] : tiles.all()) {
+  auto at = tiles.all().lower_bound(next_);
+  for (size_t looked = 0; looked < tiles.all().size(); ++looked, ++at) {
+    if (at == tiles.all().end()) at = tiles.all().begin();
+    const auto& [key, tile] = *at;
     const auto before = sent_.find(key);
-    const bool known = before != sent_.end() && before->second == tile.revision;
-    if (!known && !tile.surfels.empty() && (points == 0 || points + tile.surfels.size() <= points_)) {
-      points += tile.surfels.size();
-      changed[key.map].push_back(&tile);
-      sent[key] = tile.revision;
-    } else if (before != sent_.end()) {
-      sent[key] = before->second;
+    if (tile.surfels.empty() || (before != sent_.end() && before->second == tile.revision)) continue;
+    if (points > 0 && points + tile.surfels.size() > points_) {
+      next_ = key;
+      break;
     }
+    points += tile.surfels.size();
+    changed[key.map].push_back(&tile);
   }
-  sent_ = std::move(sent);  // tiles that are gone are forgotten
   for (const auto& [map, its] : changed)
-    node_->publish(kTopic, kType, ros2::Durability::kLatched, ros2::serialise(cloudOf(map, its)));
+    if (node_->publish(kTopic, kType, ros2::Durability::kParts, ros2::serialise(cloudOf(map, its))))
+      for (const Tile* tile : its) sent_[tile->key] = tile->revision;
 }
 
 }  // namespace comap

@@ -28,7 +28,8 @@ class Ros2Map {
   Ros2Map(std::unique_ptr<ros2::Ros2Node> node, uint32_t points) : node_(std::move(node)), points_(points) {}
   std::unique_ptr<ros2::Ros2Node> node_;
   uint32_t points_;
-  int readers_ = 0;
+  int readers_ = 0;  // that ever were
+  TileKey next_;     // where the next call begins, so that all tiles have their turn
   std::chrono::steady_clock::time_point last_{};
   std::map<TileKey, uint64_t> sent_;  // revisions
 };

@@ -152,6 +152,9 @@ Result<bool> checkSchema(Database& database) {
 }
 
 Result<void> migrateSchema(Database& database, std::span<const Migration> steps, int64_t to) {
+  const Result<int64_t> found = database.integer("PRAGMA user_version");
+  if (!found) return found.error();
+  if (*found == to) return {};
   Result<Transaction> transaction = Transaction::begin(database);
   if (!transaction) return transaction.error();
   Result<int64_t> version = database.integer("PRAGMA user_version");

@@ -3,6 +3,7 @@
 #include <fastcdr/Cdr.h>
 #include <fastcdr/FastBuffer.h>
 
+#include <algorithm>
 #include <cstring>
 
 namespace comap::ros2 {
@@ -104,6 +105,12 @@ std::vector<uint8_t> serialise(const PointCloud& message) {
 
 std::vector<uint8_t> serialise(const std::string& message) {
   return bytesOf([&](Cdr& cdr) { cdr << message; });
+}
+
+std::string rosName(const std::string& robot) {
+  std::string name = robot;
+  std::replace(name.begin(), name.end(), '-', '_');
+  return !name.empty() && name.front() >= '0' && name.front() <= '9' ? "robot_" + name : name;
 }
 
 Pose rosFromCamera() {

@@ -54,6 +54,9 @@ std::vector<uint8_t> serialise(const Path& message);
 std::vector<uint8_t> serialise(const PointCloud& message);
 std::vector<uint8_t> serialise(const std::string& message);  ///< std_msgs/String
 
+/// A robot's name as ROS allows it in topics and frames: letters, digits and _, no digit first.
+std::string rosName(const std::string& robot);
+
 /// A pose between frames with camera axes (x right, y down, z forward), as one between frames with ROS' axes.
 Pose rosPose(const Pose& T);
 /// From camera axes to ROS' axes: the pose of a camera's frame in a body that looks the same way.

@@ -1,7 +1,11 @@
 #include "protocol/ros2/ros2_node.h"
 
+#include <arpa/inet.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <netinet/in.h>
 #include <spdlog/fmt/fmt.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <cstring>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
@@ -53,6 +57,7 @@ dds::DomainParticipantQos participantQos(const std::string& address) {
   auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
   udp->interfaceWhiteList = {address};
   udp->sendBufferSize = kBuffer_bytes;
+  udp->maxInitialPeersRange = 16;  // participants of one machine that are asked without multicast
   qos.transport().user_transports = {udp};
   if (address.starts_with("127.")) {  // no multicast there: ROS' programs are asked by their usual ports
     rtps::Locator_t peer;
@@ -70,20 +75,52 @@ std::string wireType(const std::string& type) {
   return name.substr(0, last) + "dds_::" + name.substr(last) + "_";
 }
 
+int depthOf(Durability durability) {
+  switch (durability) {
+    case Durability::kLatched:
+      return 1;
+    case Durability::kParts:
+      return 50;
+    case Durability::kFrames:
+      return 100;
+    default:
+      return 10;
+  }
+}
+
 dds::DataWriterQos writerQos(Durability durability) {
   dds::DataWriterQos qos = dds::DATAWRITER_QOS_DEFAULT;
   qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
   qos.reliability().max_blocking_time = eprosima::fastrtps::Duration_t(0, 1'000'000);  // frames do not wait for viewers
-  qos.durability().kind =
-      durability == Durability::kLatched ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
+  qos.durability().kind = durability == Durability::kLatched || durability == Durability::kParts
+                              ? dds::TRANSIENT_LOCAL_DURABILITY_QOS
+                              : dds::VOLATILE_DURABILITY_QOS;
   qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
-  qos.history().depth = durability == Durability::kLatched ? 1 : durability == Durability::kFrames ? 100 : 10;
+  qos.history().depth = depthOf(durability);
   qos.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;
   qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   return qos;
 }
 
 }  // namespace
+
+Result<void> checkRos2Options(const Ros2Options& options, int fleet_domain) {
+  if (options.domain == fleet_domain)
+    return Error{ErrorCode::kWrongUse, "ros2.domain is " + std::to_string(options.domain) +
+                                           ", as link.domain: ROS' programs would hear all keyframes; choose another"};
+  // Fast DDS would go on with an address that is not there, and send nothing.
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+  const bool ours = inet_pton(AF_INET, options.interface_address.c_str(), &address.sin_addr) == 1 &&
+                    address.sin_addr.s_addr != htonl(INADDR_ANY) &&
+                    bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  close(fd);
+  if (!ours)
+    return Error{ErrorCode::kUnreachable,
+                 "ros2.interface_address '" + options.interface_address + "' is no IPv4 address of this machine"};
+  return {};
+}
 
 void readRos2Options(ConfigReader& reader, Ros2Options& options) {
   ConfigReader ros2 = reader.section("ros2");
@@ -124,9 +161,7 @@ struct Ros2Node::State {
 Ros2Node::Ros2Node(std::unique_ptr<State> state) : state_(std::move(state)) {}
 
 Result<std::unique_ptr<Ros2Node>> Ros2Node::start(const Ros2Options& options, int fleet_domain) {
-  if (options.domain == fleet_domain)
-    return Error{ErrorCode::kWrongUse, "ros2.domain is " + std::to_string(options.domain) +
-                                           ", as link.domain: ROS' programs would hear all keyframes; choose another"};
+  if (auto checked = checkRos2Options(options, fleet_domain); !checked) return checked.error();
   auto state = std::make_unique<State>();
   state->participant = dds::DomainParticipantFactory::get_instance()->create_participant(
       static_cast<uint32_t>(options.domain), participantQos(options.interface_address));
@@ -154,12 +189,12 @@ bool Ros2Node::publish(const std::string& topic, const std::string& type, Durabi
   return writer->write(&sample);
 }
 
-int Ros2Node::readers(const std::string& topic) const {
+Ros2Node::Readers Ros2Node::readers(const std::string& topic) const {
   const auto known = state_->writers.find(topic);
-  if (known == state_->writers.end()) return 0;
+  if (known == state_->writers.end()) return {};
   dds::PublicationMatchedStatus status;
   known->second->get_publication_matched_status(status);
-  return status.current_count;
+  return {status.current_count, status.total_count};
 }
 
 }  // namespace comap::ros2

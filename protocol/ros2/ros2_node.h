@@ -18,6 +18,9 @@ struct Ros2Options {
   uint32_t map_points_per_s = 100'000;          ///< of /fleet/map, at most
 };
 
+/// kWrongUse if `domain` is also that of the fleet's own messages, kUnreachable if the address is not this machine's.
+Result<void> checkRos2Options(const Ros2Options& options, int fleet_domain);
+
 /// Reads the section `ros2`.
 void readRos2Options(ConfigReader& reader, Ros2Options& options);
 /// The same section as commented YAML.
@@ -26,13 +29,14 @@ std::string printRos2Options(const Ros2Options& options);
 enum class Durability {
   kStream,   ///< reliable, volatile, last 10: readers that miss some go on
   kLatched,  ///< reliable, transient local, last 1: late readers get the last one
+  kParts,    ///< reliable, transient local, last 50: messages that belong together
   kFrames,   ///< of /tf: reliable, volatile, last 100
 };
 
 /// Thread rule: one thread.
 class Ros2Node {
  public:
-  /// kWrongUse if `domain` is also that of the fleet's own messages, kUnreachable if the domain cannot be joined.
+  /// Errors of checkRos2Options; kUnreachable if the domain cannot be joined.
   static Result<std::unique_ptr<Ros2Node>> start(const Ros2Options& options, int fleet_domain);
   ~Ros2Node();
   Ros2Node(const Ros2Node&) = delete;
@@ -42,8 +46,11 @@ class Ros2Node {
   /// type of a topic are those of its first message. False if it could not be taken: ROS' readers get the next one.
   bool publish(const std::string& topic, const std::string& type, Durability delivery, std::span<const uint8_t> bytes);
 
-  /// Readers of a topic; 0 if nothing was published on it.
-  int readers(const std::string& topic) const;
+  struct Readers {
+    int now = 0, ever = 0;
+  };
+  /// Of a topic; none if nothing was published on it.
+  Readers readers(const std::string& topic) const;
 
  private:
   struct State;

@@ -22,7 +22,7 @@ class MetricsPage {
   void counter(const std::string& name, const std::string& help, double value, const Labels& labels = {});
   /// What goes up and down.
   void gauge(const std::string& name, const std::string& help, double value, const Labels& labels = {});
-  /// Durations, told in seconds: number, sum, median, 95 % and largest.
+  /// Durations, told in seconds: number, sum, median, 95 % and largest, all since the program's start.
   void summary(const std::string& name, const std::string& help, const TimeHistogram& times, const Labels& labels = {});
   /// Memory, processor time and start of this process, under the names that Prometheus' own clients use.
   void process();

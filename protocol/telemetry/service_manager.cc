@@ -6,9 +6,9 @@
 
 namespace comap {
 
-void ServiceManager::alive(bool ready, const std::string& state) {
+void ServiceManager::alive(const std::string& state) {
   std::string message = "WATCHDOG=1\n";
-  if (ready && !told_ready_) message += "READY=1\n";
+  if (!told_ready_) message += "READY=1\n";
   if (state != told_state_) {
     std::string line = state;
     std::replace(line.begin(), line.end(), '\n', ' ');
@@ -16,7 +16,7 @@ void ServiceManager::alive(bool ready, const std::string& state) {
   }
   // What cannot be told is told the next time.
   if (sd_notify(0, message.c_str()) <= 0) return;
-  told_ready_ = told_ready_ || ready;
+  told_ready_ = true;
   told_state_ = state;
 }
 

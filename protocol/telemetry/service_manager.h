@@ -8,8 +8,8 @@ namespace comap {
 /// Says nothing unless NOTIFY_SOCKET names somebody to tell. Thread rule: one thread.
 class ServiceManager {
  public:
-  /// Alive; ready as soon as `ready` was true once. `state` is one line for people.
-  void alive(bool ready, const std::string& state);
+  /// The program is up, and alive. `state` is one line for people.
+  void alive(const std::string& state);
   /// The end has begun and may take up to `seconds`.
   void stopping(int seconds);
 

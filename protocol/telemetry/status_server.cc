@@ -93,7 +93,7 @@ Result<std::unique_ptr<StatusServer>> StatusServer::start(const std::string& add
   const std::string listen = address + ":" + std::to_string(port);
   // Nothing is served from disk; a handful of watchers is all that is expected, and nobody may hold a thread for long.
   const std::array<const char*, 11> options{
-      "listening_ports",   listen.c_str(), "num_threads", "4", "request_timeout_ms", "5000", "max_request_size", "8192",
+      "listening_ports",   listen.c_str(), "num_threads", "8", "request_timeout_ms", "1000", "max_request_size", "8192",
       "enable_keep_alive", "no",           nullptr};
   mg_callbacks callbacks{};
   mg_init_data init{};

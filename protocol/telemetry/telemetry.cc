@@ -60,7 +60,8 @@ void Telemetry::tell(const std::string& prefix, const std::function<Report()>& r
   if (told_ != std::chrono::steady_clock::time_point() && now - told_ < kPeriod) return;
   told_ = now;
   Report told = report();
-  manager_.alive(told.readiness.ready, told.readiness.state);
+  manager_.alive(told.readiness.state);
+  if (stopping_s_ > 0) manager_.stopping(stopping_s_);  // anew from now: as long as it goes on it may take
   if (!server_) return;
   for (const auto& [stage, times] : StageClock::process().times())
     told.metrics.summary(prefix + "_stage_seconds", "Time spent in each stage of the work.", times, {{"stage", stage}});

@@ -47,8 +47,11 @@ class Telemetry {
   /// counts as stuck. Also adds the times of stages, under `prefix`_stage_seconds, and the process's own numbers.
   void tell(const std::string& prefix, const std::function<Report()>& report);
 
-  /// The end has begun and may take up to `seconds`; tell() on.
-  void stopping(int seconds) { manager_.stopping(seconds); }
+  /// The end has begun; it may take up to `seconds` from each further tell() on.
+  void stopping(int seconds) {
+    told_ = {};
+    manager_.stopping(stopping_s_ = seconds);
+  }
 
   /// The port of the status page; 0 if there is none.
   int port() const { return server_ ? server_->port() : 0; }
@@ -61,6 +64,7 @@ class Telemetry {
   std::unique_ptr<StatusServer> server_;
   ServiceManager manager_;
   std::chrono::steady_clock::time_point told_{};
+  int stopping_s_ = 0;
 };
 
 }  // namespace comap

@@ -4,11 +4,15 @@
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <cmath>
+#include <future>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "tests/end_to_end/background.h"
 #include "tests/end_to_end/flat_test.h"
+#include "tests/protocol/telemetry/http_get.h"
 
 namespace comap {
 namespace {
@@ -53,39 +57,45 @@ class Ros2 : public FlatTest {
 };
 
 TEST_F(Ros2, ProgramsSeeRobotAndMapAsTheirOwn) {
-  Background core(
-      "mapping_core",
-      {"--config", config("core.yaml"), "--domain", "96", "--core-site", site_, "--store", folder_.path("m.comap")},
-      folder_.path("core.log"));
+  const int port = freePort();
+  Background core("mapping_core",
+                  {"--config", config("core.yaml"), "--domain", "96", "--core-site", site_, "--store",
+                   folder_.path("m.comap"), "--status-port", std::to_string(port)},
+                  folder_.path("core.log"));
+  for (int i = 0; i < 300 && httpGet(port, "/readyz").status != 200; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  // Who listens is there before the robot, whose recording lasts 4 s.
+  auto heard = std::async(std::launch::async, [&] { return listen("robot_1 with_map"); });
+  std::this_thread::sleep_for(std::chrono::seconds(2));
   Background agent("edge_agent",
-                   {"--config", config("robot.yaml"), "--domain", "96", "--core-site", site_, "--robot", "a",
+                   {"--config", config("robot.yaml"), "--domain", "96", "--core-site", site_, "--robot", "robot-1",
                     "--source", "tum:" + flat_ + "/a", "--realtime", "--outbox", "memory"},
                    folder_.path("a.log"));
-  const Json robot = listen("a with_map");
+  const Json robot = heard.get();
   ASSERT_FALSE(robot.is_null()) << contentOf(folder_.path("a.log"));
   const Json& odom = robot.at("odom");
-  EXPECT_EQ(odom.at("frame"), "a/odom");
-  EXPECT_EQ(odom.at("child"), "a/base_link");
+  EXPECT_EQ(odom.at("frame"), "robot_1/odom");
+  EXPECT_EQ(odom.at("child"), "robot_1/base_link");
   EXPECT_GT(odom.at("stamp_ns").get<int64_t>(), 0);
   EXPECT_EQ(odom.at("covariance_sum"), 0);
   double speed = 0;
   for (const Json& v : odom.at("linear")) speed += std::pow(v.get<double>(), 2);
   EXPECT_LT(std::sqrt(speed), 3);  // m/s, of somebody who walks
-  EXPECT_EQ(robot.at("path").at("frame"), "a/odom");
+  EXPECT_EQ(robot.at("path").at("frame"), "robot_1/odom");
   EXPECT_GE(robot.at("path").at("poses").get<int>(), 1);
   EXPECT_EQ(robot.at("tracking_state"), "ok");
   const Json& fixed = robot.at("tf_static").at(0);
-  EXPECT_EQ(fixed.at("frame"), "a/base_link");
-  EXPECT_EQ(fixed.at("child"), "a/camera");
+  EXPECT_EQ(fixed.at("frame"), "robot_1/base_link");
+  EXPECT_EQ(fixed.at("child"), "robot_1/camera");
   const auto q = fixed.at("rotation").get<std::array<double, 4>>();  // the usual -0.5 0.5 -0.5 0.5 of optical frames
   for (size_t i = 0; i < 4; ++i) EXPECT_NEAR(q[i] / q[3], i % 2 == 0 ? -1 : 1, 1e-6) << fixed;
   ASSERT_EQ(robot.at("tf").size(), 2u);
-  EXPECT_EQ(robot.at("tf").at(0).at("child"), "a/base_link");
-  EXPECT_EQ(robot.at("tf").at(1).at("child"), "a/odom");
+  EXPECT_EQ(robot.at("tf").at(0).at("child"), "robot_1/base_link");
+  EXPECT_EQ(robot.at("tf").at(1).at("child"), "robot_1/odom");
   const std::string map = robot.at("tf").at(1).at("frame");
-  EXPECT_TRUE(map.starts_with("map/a-")) << map;
+  EXPECT_TRUE(map.starts_with("map/robot-1-")) << map;
 
-  const Json cloud = listen("a map");
+  const Json cloud = listen("robot_1 map");
   ASSERT_FALSE(cloud.is_null()) << contentOf(folder_.path("core.log"));
   EXPECT_EQ(cloud.at("frame"), map);
   EXPECT_EQ(cloud.at("fields"), "x y z rgb");
@@ -104,11 +114,22 @@ TEST_F(Ros2, ProgramsSeeRobotAndMapAsTheirOwn) {
   EXPECT_EQ(core.end(SIGTERM), 0);
 }
 
-TEST_F(Ros2, TheFleetsOwnDomainIsRefused) {
-  const ProgramRun run =
-      runProgram("mapping_core --ros2 --domain 0 --core-site " + site_ + " --store " + folder_.path("m.comap"));
+TEST(Ros2Options, TheFleetsOwnDomainIsRefusedAndLeavesNothing) {
+  TemporaryFolder folder;
+  const ProgramRun run = runProgram("mapping_core --ros2 --domain 0 --store " + folder.path("m.comap"));
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_NE(run.err.find("ros2.domain"), std::string::npos) << run.err;
+  EXPECT_NE(access(folder.path("m.comap").c_str(), F_OK), 0);
+}
+
+TEST(Ros2Options, AnAddressOfAnotherMachineIsRefused) {
+  TemporaryFolder folder;
+  for (const char* address : {"203.0.113.7", "eth0", "0.0.0.0"}) {
+    std::ofstream(folder.path("core.yaml")) << "ros2: {enabled: true, interface_address: \"" << address << "\"}\n";
+    const ProgramRun run = runProgram("mapping_core --check-config --config " + folder.path("core.yaml"));
+    EXPECT_EQ(run.exit_code, 3) << address;
+    EXPECT_NE(run.err.find(address), std::string::npos) << run.err;
+  }
 }
 
 }  // namespace

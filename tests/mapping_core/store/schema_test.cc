@@ -122,13 +122,5 @@ TEST_F(SchemaTest, AMissingStepIsSaid) {
   EXPECT_EQ(*database.integer("PRAGMA user_version"), kStoreVersion);
 }
 
-TEST_F(SchemaTest, ThereIsAStepFromEachReleaseToThisOne) {
-  for (int64_t version = kFirstStoreVersion; version < kStoreVersion; ++version) {
-    const auto steps = storeMigrations();
-    EXPECT_TRUE(std::any_of(steps.begin(), steps.end(), [&](const Migration& one) { return one.from == version; }))
-        << version;
-  }
-}
-
 }  // namespace
 }  // namespace comap

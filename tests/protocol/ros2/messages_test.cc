@@ -30,6 +30,12 @@ TEST(Ros2Messages, AxesAreThoseOfRos) {
   EXPECT_TRUE((rosFromCamera() * Eigen::Vector3d(0, 0, 2)).isApprox(Eigen::Vector3d(2, 0, 0), 1e-12));
 }
 
+TEST(Ros2Messages, NamesBecomeWhatTopicsMayHold) {
+  EXPECT_EQ(rosName("a"), "a");
+  EXPECT_EQ(rosName("robot-1_b"), "robot_1_b");
+  EXPECT_EQ(rosName("7up"), "robot_7up");
+}
+
 TEST(Ros2Messages, ManyPointsFillTheirBytes) {
   PointCloud cloud{{5, "map/x"}, {}};
   for (int i = 0; i < 1000; ++i) cloud.points.push_back({1, 2, 3, 10, 20, 30});

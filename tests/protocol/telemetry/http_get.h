@@ -14,4 +14,7 @@ struct HttpAnswer {
 HttpAnswer httpSend(int port, const std::string& request);
 HttpAnswer httpGet(int port, const std::string& path);
 
+/// A port of loopback that nobody listens on.
+int freePort();
+
 }  // namespace comap

@@ -43,13 +43,11 @@ class Listener {
 TEST(ServiceManager, ReadyIsToldOnceAndLifeEachTime) {
   const Listener systemd;
   ServiceManager manager;
-  manager.alive(false, "starting");
-  EXPECT_EQ(systemd.heard(), "WATCHDOG=1\nSTATUS=starting\n");
-  manager.alive(true, "2 robots");
+  manager.alive("2 robots");
   EXPECT_EQ(systemd.heard(), "WATCHDOG=1\nREADY=1\nSTATUS=2 robots\n");
-  manager.alive(true, "2 robots");
+  manager.alive("2 robots");
   EXPECT_EQ(systemd.heard(), "WATCHDOG=1\n");
-  manager.alive(false, "two\nlines");
+  manager.alive("two\nlines");
   EXPECT_EQ(systemd.heard(), "WATCHDOG=1\nSTATUS=two lines\n");
   manager.stopping(90);
   EXPECT_EQ(systemd.heard(), "STOPPING=1\nEXTEND_TIMEOUT_USEC=90000000");
@@ -58,7 +56,7 @@ TEST(ServiceManager, ReadyIsToldOnceAndLifeEachTime) {
 TEST(ServiceManager, WithoutOneNothingHappens) {
   unsetenv("NOTIFY_SOCKET");
   ServiceManager manager;
-  manager.alive(true, "alone");
+  manager.alive("alone");
   manager.stopping(1);
 }
 
