@@ -17,8 +17,18 @@ if(NOT CMAKE_CROSSCOMPILING)
     OUTPUT ${etc}/robot.yaml
     COMMAND edge_agent --config ${services}/robot.yaml --print-config > ${etc}/robot.yaml
     DEPENDS edge_agent ${services}/robot.yaml VERBATIM)
-  file(MAKE_DIRECTORY ${etc})
-  add_custom_target(service_configs ALL DEPENDS ${etc}/core.yaml ${etc}/robot.yaml)
+  set(tools ${PROJECT_BINARY_DIR}/tools)
+  add_custom_command(
+    OUTPUT ${tools}/fleet
+    COMMAND fleet man ${tools}/man1
+    COMMAND fleet completion zsh > ${tools}/_fleet
+    COMMAND fleet completion bash > ${tools}/fleet
+    DEPENDS fleet VERBATIM)
+  file(MAKE_DIRECTORY ${etc} ${tools})
+  add_custom_target(packaged_files ALL DEPENDS ${etc}/core.yaml ${etc}/robot.yaml ${tools}/fleet)
+  install(DIRECTORY ${tools}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT tools)
+  install(FILES ${tools}/fleet DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT tools)
+  install(FILES ${tools}/_fleet DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT tools)
   install(FILES ${etc}/core.yaml DESTINATION /etc/comap COMPONENT core)
   install(FILES ${etc}/robot.yaml DESTINATION /etc/comap COMPONENT edge)
 endif()
