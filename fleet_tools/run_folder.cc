@@ -20,16 +20,17 @@ Result<void> prepareRunFolder(const std::string& out, bool overwrite) {
   if (fs::exists(out, error) && !fs::is_empty(out, error)) {
     if (!fs::exists(out + kRunMark, error))
       return Error{ErrorCode::kWrongUse, "--out " + out + ": folder is not empty and holds no earlier run"};
-    bool has_store = false;
+    bool holds_run = false;
     std::vector<std::string> runs = {out};
     for (const auto& entry : fs::directory_iterator(out, error))
       if (fs::exists(entry.path().string() + kRunMark, error)) runs.push_back(entry.path().string());
     for (const std::string& earlier : runs) {
+      holds_run = holds_run || fs::exists(earlier + "/report.json", error);
       if (!fs::exists(storePathOf(earlier), error)) continue;
-      has_store = true;
+      holds_run = true;
       if (auto free = StoreLock::take(storePathOf(earlier)); !free) return free.error();
     }
-    if (has_store && !overwrite)
+    if (holds_run && !overwrite)
       return Error{ErrorCode::kWrongUse,
                    "--out " + out + ": holds a run already; choose another folder or --overwrite"};
     fs::remove_all(out, error);

@@ -75,7 +75,9 @@ void SiteWatch::takeStatus(Status status, WatchClock::time_point now) {
 }
 
 void SiteWatch::takeVerdict(MatchVerdict verdict) {
-  ++counts_[verdict.accepted ? "accepted" : verdict.reason];
+  constexpr size_t kMostReasons = 64;  // a site without keys may say anything
+  const std::string reason = verdict.accepted ? "accepted" : verdict.reason;
+  ++counts_[counts_.contains(reason) || counts_.size() < kMostReasons ? reason : "other"];
   verdicts_.push_back(std::move(verdict));
   if (verdicts_.size() > kMostVerdicts) verdicts_.pop_front();
 }

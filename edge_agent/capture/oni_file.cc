@@ -2,6 +2,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <filesystem>
+#include <utility>
 
 #include "edge_agent/capture/frame_maker.h"
 #include "edge_agent/capture/openni2.h"
@@ -37,8 +38,8 @@ class Track {
     openni::VideoFrameRef frame;
     if (openni::OpenNI::waitForAnyStream(&stream, 1, &which, kPatience_ms) != openni::STATUS_OK ||
         stream->readFrame(&frame) != openni::STATUS_OK) {
-      index_ = count_;
-      return problem(ErrorCode::kBadData, fmt::format("{}: ends after picture {} of {}", path, index_, count_));
+      const int last = std::exchange(index_, count_);
+      return problem(ErrorCode::kBadData, fmt::format("{}: ends after picture {} of {}", path, last, count_));
     }
     if (frame.getFrameIndex() <= index_) {
       index_ = count_;

@@ -69,7 +69,7 @@ void LiveScene::follow(const Status& status) {
 
 void LiveScene::takeTile(const Delivery& delivery, ViewFeed& feed) {
   auto tile = decodeTile(delivery.payload);
-  if (!tile) return;
+  if (!tile || !watch_.maps().contains(tile->key.map)) return;
   auto& map = tiles_[tile->key.map];
   const auto held = map.find(tile->key);
   if (held != map.end() && held->second.revision >= tile->revision) return;
@@ -127,6 +127,13 @@ std::vector<RobotView> LiveScene::robots(const StoreScene* store) const {
 }
 
 std::vector<KeyframeView> LiveScene::keyframes() const {
+  struct Counts {
+    uint32_t accepted = 0, refused = 0;
+  };
+  std::map<KeyframeId, Counts> judged;
+  for (const MatchVerdict& verdict : watch_.verdicts())
+    for (const KeyframeId& id : {verdict.query, verdict.candidate})
+      ++(verdict.accepted ? judged[id].accepted : judged[id].refused);
   std::vector<KeyframeView> views;
   for (const auto& [name, trail] : trails_) {
     const auto robot = watch_.robots().find(name);
@@ -135,9 +142,10 @@ std::vector<KeyframeView> LiveScene::keyframes() const {
     for (const HeardKeyframe& heard : trail.heard) {
       KeyframeView view{
           heard.id, heard.stamp_ns, heard.arrival, correction.map, correction.T_map_odom * heard.T_odom_cam, 0, 0};
-      for (const MatchVerdict& verdict : watch_.verdicts())
-        if (verdict.query == heard.id || verdict.candidate == heard.id)
-          ++(verdict.accepted ? view.accepted : view.refused);
+      if (const auto found = judged.find(heard.id); found != judged.end()) {
+        view.accepted = found->second.accepted;
+        view.refused = found->second.refused;
+      }
       views.push_back(std::move(view));
     }
   }

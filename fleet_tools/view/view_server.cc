@@ -210,8 +210,8 @@ class LwsServer : public ViewServer {
     if (lws_add_http_common_headers(wsi, static_cast<unsigned>(exchange.answer.status), exchange.answer.type.c_str(),
                                     exchange.body.size(), &at, end) != 0 ||
         add("content-security-policy:", kPolicy) || add("x-content-type-options:", "nosniff") ||
-        add("referrer-policy:", "no-referrer") || add("cache-control:", "no-cache") ||
-        lws_finalize_write_http_header(wsi, start, &at, end) != 0)
+        add("cross-origin-resource-policy:", "same-origin") || add("referrer-policy:", "no-referrer") ||
+        add("cache-control:", "no-cache") || lws_finalize_write_http_header(wsi, start, &at, end) != 0)
       return 1;
     lws_callback_on_writable(wsi);
     return 0;

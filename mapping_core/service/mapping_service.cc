@@ -277,11 +277,17 @@ Result<void> MappingService::handleInterest(const Delivery& delivery) {
 // Who only looks on is in no map and has no session; it asks for each map apart.
 Result<void> MappingService::handleObserver(const Interest& interest) {
   constexpr size_t kMostAsked = 128;  // observers times maps
-  std::erase_if(observers_, [&](const auto& entry) { return !tiles_.holds(entry.first.second); });
+  constexpr std::chrono::seconds kGone(30);
+  const auto now = std::chrono::steady_clock::now();
+  std::erase_if(observers_, [&](const auto& entry) {
+    return !tiles_.holds(entry.first.second) || now - entry.second.asked > kGone;
+  });
   if (!interest.at || !tiles_.holds(interest.at->map) || registry_.robots().contains(interest.robot)) return {};
   const std::pair asked(interest.robot, interest.at->map);
   if (!observers_.contains(asked) && observers_.size() >= kMostAsked) return {};
-  return sendTiles(interest, interest.at->map, interest.at->T_map_cam, observers_[asked]);
+  Observer& observer = observers_[asked];
+  observer.asked = now;
+  return sendTiles(interest, interest.at->map, interest.at->T_map_cam, observer.downlink);
 }
 
 Result<void> MappingService::sendTiles(const Interest& interest, const MapId& map, const Pose& T_map_cam,

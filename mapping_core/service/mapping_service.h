@@ -110,8 +110,12 @@ class MappingService {
   std::map<std::string, uint32_t> robot_index_;  // in order of first keyframe
   std::map<std::string, Latest> latest_;         // last mapped keyframe of each robot
   std::map<std::string, TileDownlink> downlinks_;
-  std::map<std::pair<std::string, MapId>, TileDownlink> observers_;  // by name and map asked for
-  std::map<KeyframeId, uint32_t> unpublished_;                       // anchor -> keyframes since its tiles were renewed
+  struct Observer {
+    TileDownlink downlink;
+    std::chrono::steady_clock::time_point asked{};
+  };
+  std::map<std::pair<std::string, MapId>, Observer> observers_;  // by name and map asked for
+  std::map<KeyframeId, uint32_t> unpublished_;                   // anchor -> keyframes since its tiles were renewed
   ServiceStatistics statistics_;
   CoreLoad load_;
   uint32_t keyframes_ = 0;
