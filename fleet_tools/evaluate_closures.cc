@@ -28,14 +28,11 @@ std::optional<double> share(size_t part, size_t all) {
 
 json orNull(const std::optional<double>& value) { return value ? json(*value) : json(nullptr); }
 
-// Nullopt if one end has no truth.
-std::optional<bool> isRight(const ClosureTruth& truth, const MatchVerdict& verdict, const ClosureBounds& bounds) {
+// Whether a match is right; nullopt if one end has no truth.
+std::optional<bool> judge(const ClosureTruth& truth, const MatchVerdict& verdict, const ClosureBounds& bounds) {
   const auto query = truth.T_truth_cam.find(verdict.query), candidate = truth.T_truth_cam.find(verdict.candidate);
   if (query == truth.T_truth_cam.end() || candidate == truth.T_truth_cam.end()) return std::nullopt;
-  const Pose T_candidate_query = candidate->second.inverse() * query->second;
-  const Pose error = T_candidate_query.inverse() * verdict.T_candidate_query;
-  return error.translation().norm() <= bounds.translation_m &&
-         error.angle() * 180 / std::numbers::pi <= bounds.rotation_deg;
+  return isRight(candidate->second.inverse() * query->second, verdict.T_candidate_query, bounds);
 }
 
 void scoreMerges(const ClosureTruth& truth, const std::vector<MatchVerdict>& verdicts,
@@ -52,7 +49,7 @@ void scoreMerges(const ClosureTruth& truth, const std::vector<MatchVerdict>& ver
       if (const auto stamp = truth.stamp_s.find(voter); stamp != truth.stamp_s.end())
         latest_s = std::max(latest_s, stamp->second);
       for (const MatchVerdict* verdict : accepted[voter]) {
-        const auto right = isRight(truth, *verdict, bounds);
+        const auto right = judge(truth, *verdict, bounds);
         judged = judged || right.has_value();
         wrong = wrong || (right && !*right);
       }
@@ -67,6 +64,12 @@ void scoreMerges(const ClosureTruth& truth, const std::vector<MatchVerdict>& ver
 
 }  // namespace
 
+bool isRight(const Pose& truth, const Pose& found, const ClosureBounds& bounds) {
+  const Pose error = truth.inverse() * found;
+  return error.translation().norm() <= bounds.translation_m &&
+         error.angle() * 180 / std::numbers::pi <= bounds.rotation_deg;
+}
+
 std::optional<double> ClosureScore::precision() const { return share(right, accepted); }
 std::optional<double> ClosureScore::pairRecall() const { return share(pairs_found, pairs); }
 std::optional<double> ClosureScore::queryRecall() const { return share(queries_found, queries); }
@@ -78,7 +81,7 @@ ClosureScore scoreClosures(const ClosureTruth& truth, const std::vector<MatchVer
   std::set<KeyframeId> answered;
   for (const MatchVerdict& verdict : verdicts) {
     if (!verdict.accepted || verdict.query.robot == verdict.candidate.robot) continue;
-    const auto right = isRight(truth, verdict, bounds);
+    const auto right = judge(truth, verdict, bounds);
     if (!right) continue;
     ++score.accepted;
     if (!*right) continue;

@@ -21,6 +21,9 @@ struct ClosureBounds {
   double overlap = 0.5;  ///< two keyframes overlap if each sees at least this share of the other's view
 };
 
+/// Of two cameras: whether the pose that was found of one to the other is near enough to the true one.
+bool isRight(const Pose& truth, const Pose& found, const ClosureBounds& bounds);
+
 using KeyframePair = std::pair<KeyframeId, KeyframeId>;  ///< first < second
 
 struct ClosureScore {

@@ -1,7 +1,5 @@
 #include "fleet_tools/evaluate_paper.h"
 
-#include <numbers>
-
 #include "fleet_tools/metrics_trajectory.h"
 
 namespace comap {
@@ -64,9 +62,7 @@ Result<ClosureScore> evaluatePaperMerges(const json& report, const std::map<std:
     const auto T_world_query = truthAt(trajectories, *query), T_world_place = truthAt(trajectories, *place);
     if (!T_world_query || !T_world_place) continue;
     ++score.accepted;
-    const Pose error = (T_world_place->inverse() * *T_world_query).inverse() * *T_place_query;
-    const bool right = error.translation().norm() <= bounds.translation_m &&
-                       error.angle() * 180 / std::numbers::pi <= bounds.rotation_deg;
+    const bool right = isRight(T_world_place->inverse() * *T_world_query, *T_place_query, bounds);
     score.right += right;
     score.false_merges += !right;
     score.false_merges_standing += !right;
