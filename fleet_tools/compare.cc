@@ -1,9 +1,6 @@
 #include "fleet_tools/compare.h"
 
-#include <cmath>
-#include <fstream>
-#include <optional>
-#include <sstream>
+#include <algorithm>
 
 #include "fleet_tools/text_table.h"
 
@@ -149,37 +146,6 @@ std::string compareText(const json& comparison) {
           std::string(comparison.at("a_tenth_of_the_bytes").get<bool>() ? "yes" : "no") + "\n";
   for (const json& word : comparison.at("not_so")) text += "  " + printable(word.get<std::string>()) + "\n";
   return text;
-}
-
-Result<RoundTimes> readRoundTimes(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) return Error{ErrorCode::kUnreachable, path + ": cannot be read"};
-  RoundTimes times;
-  std::string line;
-  std::getline(file, line);  // the head
-  for (size_t number = 2; std::getline(file, line); ++number) {
-    std::vector<std::string> cells;
-    std::istringstream words(line);
-    for (std::string word; std::getline(words, word, ',');) cells.push_back(word);
-    const auto bad = [&] {
-      return Error{ErrorCode::kBadData, path + ":" + std::to_string(number) + ": expected 15 columns with numbers"};
-    };
-    if (cells.size() != 15) return bad();
-    try {
-      const size_t tick = std::stoul(cells[0]);
-      if (tick == 0 || tick > 65535) return bad();
-      size_t camera = 0;
-      while (camera < times.cameras.size() && times.cameras[camera] != cells[1]) ++camera;
-      if (camera == times.cameras.size()) times.cameras.push_back(cells[1]);
-      if (times.ms.size() < tick) times.ms.resize(tick);
-      if (times.ms[tick - 1].size() <= camera) times.ms[tick - 1].resize(camera + 1, 0.0);
-      times.ms[tick - 1][camera] = std::stod(cells[8]);
-      if (cells[13] == "1") times.merges.push_back(tick - 1);
-    } catch (const std::exception&) {
-      return bad();
-    }
-  }
-  return times;
 }
 
 }  // namespace comap

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "fleet_tools/frames_csv.h"
 #include "fleet_tools/report_page.h"
-#include "protocol/types/result.h"
 
 namespace comap {
 
@@ -23,16 +23,6 @@ nlohmann::json compareJson(const std::vector<ComparedInput>& inputs);
 
 /// For a terminal: one line an input and mode, then the words.
 std::string compareText(const nlohmann::json& comparison);
-
-/// Milliseconds that each tick took in the paper mode, by camera.
-struct RoundTimes {
-  std::vector<std::string> cameras;
-  std::vector<std::vector<double>> ms;  ///< of each tick, of each camera
-  std::vector<size_t> merges;           ///< ticks, from 0
-};
-
-/// Reads frames.csv of a run of the paper mode. kUnreachable, kBadData.
-Result<RoundTimes> readRoundTimes(const std::string& path);
 
 /// compare.html; `pictures` are shown in their order.
 std::string comparePage(const nlohmann::json& comparison, const std::vector<ReportPicture>& pictures,

@@ -1,11 +1,11 @@
 #include "fleet_tools/paper_outputs.h"
 
-#include <spdlog/fmt/fmt.h>
 #include <sys/resource.h>
 
 #include <algorithm>
 #include <set>
 
+#include "fleet_tools/frames_csv.h"
 #include "fleet_tools/run_map.h"
 #include "fleet_tools/run_trajectory.h"
 #include "protocol/types/whole_file.h"
@@ -14,10 +14,6 @@ namespace comap {
 namespace {
 
 using Json = nlohmann::json;
-
-double totalMs(const PaperFrameRecord& r) {
-  return r.ms.track + r.ms.loop + r.ms.fuse + r.ms.predict + r.ms.ferns + r.inter_map_ms;
-}
 
 Json spread(std::vector<double> values) {
   if (values.empty()) return nullptr;
@@ -37,7 +33,7 @@ Json spreadOf(const std::vector<PaperFrameRecord>& records, const auto& value) {
 std::set<std::string> robotsOf(const PaperCore& core, const ReferenceFrame& map) {
   std::set<std::string> names;
   for (const PaperCamera& camera : core.cameras())
-    if (&const_cast<PaperCore&>(core).frameOf(camera.index) == &map) names.insert(camera.name);
+    if (&core.frameOf(camera.index) == &map) names.insert(camera.name);
   return names;
 }
 
@@ -47,19 +43,7 @@ Json poseJson(const Pose& pose) {
   return {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()};
 }
 
-// What the method did, tick by tick: the numbers of its timing figure.
-std::string framesCsv(const PaperCore& core) {
-  std::string text =
-      "tick,camera,track_ms,loop_ms,fuse_ms,predict_ms,ferns_ms,inter_map_ms,total_ms,maps,surfels,local_loop,"
-      "global_loop,merged,lost\n";
-  for (const PaperFrameRecord& r : core.records())
-    text += fmt::format("{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.2f},{:.2f},{:.2f},{},{},{:d},{:d},{:d},{:d}\n", r.tick,
-                        core.cameras()[r.camera].name, r.ms.track, r.ms.loop, r.ms.fuse, r.ms.predict, r.ms.ferns,
-                        r.inter_map_ms, totalMs(r), r.maps, r.surfels, r.local_loop, r.global_loop, r.merged, r.lost);
-  return text;
-}
-
-Json robotJson(PaperCore& core, const PaperRobot& robot, uint32_t camera) {
+Json robotJson(const PaperCore& core, const PaperRobot& robot, uint32_t camera) {
   uint32_t lost = 0;
   for (const PaperFrameRecord& record : core.records()) lost += record.camera == camera && record.lost;
   return {{"frames", robot.frames},
@@ -96,7 +80,7 @@ Json mergeJson(const PaperCore& core, const PaperMerge& merge, size_t number) {
           {"rms_m", merge.fit.rms_m}};
 }
 
-Json reportJson(PaperCore& core, const PaperOutcome& outcome) {
+Json reportJson(const PaperCore& core, const PaperOutcome& outcome) {
   Json report;
   report["mode"] = "paper";
   for (uint32_t i = 0; i < outcome.robots.size(); ++i)
@@ -142,8 +126,9 @@ Json reportJson(PaperCore& core, const PaperOutcome& outcome) {
 
 }  // namespace
 
-Result<Json> writePaperOutputs(const ReplayOptions& options, PaperCore& core, const PaperOutcome& outcome) {
+Result<Json> writePaperOutputs(const ReplayOptions& options, const PaperCore& core, const PaperOutcome& outcome) {
   std::vector<ReportTrajectory> plotted;
+  std::vector<std::string> names;
   for (const PaperCamera& camera : core.cameras()) {
     std::vector<StampedPose> poses;
     ReportTrajectory trajectory{camera.name, {}, core.frameOf(camera.index).name};
@@ -154,8 +139,10 @@ Result<Json> writePaperOutputs(const ReplayOptions& options, PaperCore& core, co
     if (auto written = writeTrajectory(options.out + "/" + camera.name + ".trajectory.txt", poses); !written)
       return written.error();
     plotted.push_back(std::move(trajectory));
+    names.push_back(camera.name);
   }
-  if (auto written = writeWholeFile(options.out + "/frames.csv", framesCsv(core)); !written) return written.error();
+  if (auto written = writeWholeFile(options.out + "/frames.csv", framesCsv(core.records(), names)); !written)
+    return written.error();
 
   const auto maps = core.maps();
   const ReferenceFrame* largest = *std::max_element(

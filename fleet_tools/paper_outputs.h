@@ -24,6 +24,7 @@ struct PaperOutcome {
 
 /// Writes all files of the run and returns report.json's content; its keys are those of a graph run where both have
 /// the thing.
-Result<nlohmann::json> writePaperOutputs(const ReplayOptions& options, PaperCore& core, const PaperOutcome& outcome);
+Result<nlohmann::json> writePaperOutputs(const ReplayOptions& options, const PaperCore& core,
+                                         const PaperOutcome& outcome);
 
 }  // namespace comap

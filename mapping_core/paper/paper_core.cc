@@ -69,7 +69,7 @@ Result<void> PaperCore::playRound(const std::vector<std::optional<Frame>>& frame
   for (uint32_t i = 0; i < cameras_.size(); ++i) {
     if (!frames[i]) continue;
     PaperCamera& camera = cameras_[i];
-    auto step = mapper_.step(frameOf(i), cameras_, i, owners_, *frames[i], tick_);
+    auto step = mapper_.step(*frames_[camera.frame], cameras_, i, owners_, *frames[i], tick_);
     if (!step) return Error{step.error().code, "camera " + camera.name + ": " + step.error().text};
     if (step->lost) log_(fmt::format("tick {}: camera {} could not be tracked", tick_, camera.name));
     if (step->local_loop || step->global_loop)

@@ -36,7 +36,7 @@ class PaperCore {
 
   const std::vector<PaperCamera>& cameras() const { return cameras_; }
   /// The map that a camera moves in.
-  ReferenceFrame& frameOf(uint32_t camera) { return *frames_[cameras_[camera].frame]; }
+  const ReferenceFrame& frameOf(uint32_t camera) const { return *frames_[cameras_[camera].frame]; }
   /// Those that some camera moves in.
   std::vector<const ReferenceFrame*> maps() const;
   const std::vector<PaperFrameRecord>& records() const { return records_; }
