@@ -6,6 +6,7 @@
 #include <set>
 
 #include "fleet_tools/evaluate_paper.h"
+#include "fleet_tools/run_folder.h"
 #include "fleet_tools/surface_seen.h"
 #include "mapping_core/store/map_store.h"
 #include "protocol/codec/keyframe_codec.h"
@@ -20,7 +21,6 @@ using nlohmann::json;
 constexpr uintmax_t kMaxReport_bytes = uintmax_t{64} << 20;
 
 std::string reportPath(const std::string& run) { return (fs::path(run) / "report.json").string(); }
-std::string storePath(const std::string& run) { return (fs::path(run) / "map.comap").string(); }
 
 Result<json> readReport(const std::string& run) {
   const std::string path = reportPath(run);
@@ -60,7 +60,7 @@ std::string apart(const std::map<std::string, RobotEvaluation>& robots) {
 // Which points of the true surface the keyframes of the evaluated map have measured; none without a store.
 Result<std::vector<uint8_t>> seenByKeyframes(const std::string& run, const MapId& map, const Pose& T_truth_map,
                                              const PlyPoints& surface, int threads) {
-  const std::string path = storePath(run);
+  const std::string path = storePathOf(run);
   std::error_code problem;
   if (!fs::exists(path, problem)) return std::vector<uint8_t>();
   auto store = MapStore::open(path, MapStore::Mode::kReadOnly);
@@ -176,7 +176,7 @@ Result<RunEvaluation> evaluateRun(const std::string& run, const RunTruth& truth,
     evaluation.closures = *merges;
     return evaluation;
   }
-  const std::string store = storePath(run);
+  const std::string store = storePathOf(run);
   std::error_code problem;
   if (!fs::exists(store, problem)) {
     evaluation.closures_reason = "there is no store " + store;

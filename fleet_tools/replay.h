@@ -34,9 +34,6 @@ struct ReplayOutcome {
   double wall_s = 0;
 };
 
-/// Where the map store of a run stands.
-std::string storePathOf(const std::string& run);
-
 using ReplayProgress = std::function<void(const std::string& stage, size_t done, size_t all)>;
 
 /// Robots take turns frame by frame and the core maps in between: same input, same bits on one device.

@@ -9,6 +9,7 @@
 #include "fleet_tools/child_process.h"
 #include "fleet_tools/keys_folder.h"
 #include "fleet_tools/replay.h"
+#include "fleet_tools/run_folder.h"
 #include "protocol/link/dds_link.h"
 
 namespace comap {

@@ -7,6 +7,7 @@
 #include "edge_agent/agent.h"
 #include "edge_agent/capture/source_uri.h"
 #include "fleet_tools/replay.h"
+#include "fleet_tools/run_folder.h"
 #include "mapping_core/service/core_config.h"
 #include "mapping_core/store/store_lock.h"
 #include "protocol/link/loopback_link.h"
@@ -70,8 +71,6 @@ Result<void> deliverTiles(std::vector<ReplayedRobot>& robots, MappingService& se
 }
 
 }  // namespace
-
-std::string storePathOf(const std::string& run) { return run + "/map.comap"; }
 
 Result<ReplayOutcome> replayLoopback(const ReplayOptions& options, const ReplayProgress& progress) {
   const auto start = std::chrono::steady_clock::now();

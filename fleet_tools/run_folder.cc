@@ -4,7 +4,6 @@
 #include <fstream>
 #include <vector>
 
-#include "fleet_tools/replay.h"
 #include "mapping_core/store/store_lock.h"
 
 namespace comap {
@@ -42,5 +41,7 @@ Result<void> prepareRunFolder(const std::string& out, bool overwrite) {
   if (error || !mark) return Error{ErrorCode::kUnreachable, "--out " + out + ": cannot be made or written"};
   return {};
 }
+
+std::string storePathOf(const std::string& run) { return (std::filesystem::path(run) / "map.comap").string(); }
 
 }  // namespace comap

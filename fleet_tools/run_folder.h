@@ -11,4 +11,7 @@ namespace comap {
 /// kWrongUse for anything else that is not empty, and for a run without `overwrite`.
 Result<void> prepareRunFolder(const std::string& out, bool overwrite);
 
+/// Where the map store of a run stands.
+std::string storePathOf(const std::string& run);
+
 }  // namespace comap

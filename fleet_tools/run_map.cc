@@ -1,6 +1,5 @@
 #include "fleet_tools/run_map.h"
 
-#include <cstdio>
 #include <fstream>
 
 #include "edge_agent/capture/image_file.h"
@@ -61,18 +60,6 @@ Result<std::vector<ReportPicture>> paintMap(const std::string& folder, const std
     pictures.push_back({picture.title, std::move(*bytes)});
   }
   return pictures;
-}
-
-std::string hex(uint64_t value) {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
-  return text;
-}
-
-uint64_t fnv1a(const std::string& text) {
-  uint64_t hash = 0xcbf29ce484222325ull;
-  for (const char c : text) hash = (hash ^ static_cast<uint8_t>(c)) * 0x100000001b3ull;
-  return hash;
 }
 
 }  // namespace comap

@@ -15,8 +15,4 @@ Result<void> writeMapPly(const std::string& path, std::span<const Surfel> surfel
 Result<std::vector<ReportPicture>> paintMap(const std::string& folder, const std::string& device_choice, size_t robots,
                                             const std::vector<Surfel>& surfels, const std::vector<Pose>& T_map_cams);
 
-/// Sixteen digits.
-std::string hex(uint64_t value);
-uint64_t fnv1a(const std::string& text);
-
 }  // namespace comap

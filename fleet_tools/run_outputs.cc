@@ -1,9 +1,11 @@
 #include "fleet_tools/run_outputs.h"
 
+#include <cstdio>
 #include <set>
 
 #include "edge_agent/agent_config.h"
 #include "fleet_tools/report_page.h"
+#include "fleet_tools/run_folder.h"
 #include "fleet_tools/run_map.h"
 #include "fleet_tools/run_trajectory.h"
 #include "mapping_core/service/core_config.h"
@@ -91,6 +93,19 @@ Json robotJson(const AgentReport& report, const RunContent& content, const MapId
         {"tiles_forgotten", report.tiles_forgotten}}},
       {"ate_rmse_m", nullptr},
       {"map", map}};
+}
+
+// Sixteen digits.
+std::string hex(uint64_t value) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
+  return text;
+}
+
+uint64_t fnv1a(const std::string& text) {
+  uint64_t hash = 0xcbf29ce484222325ull;
+  for (const char c : text) hash = (hash ^ static_cast<uint8_t>(c)) * 0x100000001b3ull;
+  return hash;
 }
 
 Json reportJson(const ReplayOutcome& outcome, const RunContent& content, const std::map<MapId, uint64_t>& hashes) {
