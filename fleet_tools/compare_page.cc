@@ -145,17 +145,6 @@ std::string timePlot(const RoundTimes& times) {
          "merge</span></p></section>\n";
 }
 
-std::string gallery(const std::vector<ReportPicture>& pictures) {
-  std::string html = "<div class=\"pictures\">\n";
-  for (const ReportPicture& picture : pictures) {
-    const std::string title = htmlEscape(picture.title);
-    html += fmt::format(
-        "<figure><img alt=\"{0}\" src=\"data:image/png;base64,{1}\"><figcaption>{0}</figcaption></figure>\n", title,
-        base64(picture.png));
-  }
-  return html + "</div>\n";
-}
-
 }  // namespace
 
 std::string comparePage(const json& comparison, const std::vector<ReportPicture>& pictures, const RoundTimes& times) {
@@ -171,7 +160,7 @@ std::string comparePage(const json& comparison, const std::vector<ReportPicture>
   page += "<h2>Cost</h2>\n" + costs(comparison);
   if (const std::string plot = timePlot(times); !plot.empty())
     page += "<h2>Time of each round in the paper mode</h2>\n" + plot;
-  if (!pictures.empty()) page += "<h2>Maps, and who contributed what</h2>\n" + gallery(pictures);
+  if (!pictures.empty()) page += "<h2>Maps, and who contributed what</h2>\n" + pictureGallery(pictures);
   return page + "</main>\n</body>\n</html>\n";
 }
 

@@ -7,7 +7,6 @@
 
 #include "edge_agent/capture/source_uri.h"
 #include "fleet_tools/compare.h"
-#include "fleet_tools/evaluate.h"
 #include "fleet_tools/run_folder.h"
 #include "fleet_tools/run_outputs.h"
 #include "protocol/types/whole_file.h"
@@ -30,10 +29,10 @@ std::string truthBeside(const std::string& source) {
 
 RunTruth truthOf(const ReplayOptions& options, const CompareOptions& compare) {
   RunTruth truth;
-  truth.surface = compare.surface;
+  truth.surface = compare.truth.surface;
   for (const ReplayRobot& robot : options.robots) {
-    const auto given = compare.truths.find(robot.name);
-    const std::string file = given != compare.truths.end() ? given->second : truthBeside(robot.source);
+    const auto given = compare.truth.trajectories.find(robot.name);
+    const std::string file = given != compare.truth.trajectories.end() ? given->second : truthBeside(robot.source);
     if (!file.empty()) truth.trajectories[robot.name] = file;
   }
   return truth;
@@ -95,7 +94,7 @@ std::vector<ReportPicture> picturesOf(const std::string& out) {
 
 Result<json> replayCompare(const ReplayOptions& options, const PaperOptions& paper, const CompareOptions& compare,
                            const ReplayProgress& progress) {
-  for (const auto& [name, file] : compare.truths)
+  for (const auto& [name, file] : compare.truth.trajectories)
     if (std::none_of(options.robots.begin(), options.robots.end(), [&](const auto& r) { return r.name == name; }))
       return Error{ErrorCode::kWrongUse, "--truth " + name + "=" + file + ": there is no robot " + name};
   std::vector<ComparedInput> inputs;

@@ -1,16 +1,14 @@
 // Both modes on the same input.
 #pragma once
 
-#include <map>
-
+#include "fleet_tools/evaluate.h"
 #include "fleet_tools/replay.h"
 
 namespace comap {
 
 struct CompareOptions {
-  std::map<std::string, std::string> truths;  ///< robot -> file; else groundtruth.txt of its source, if there is one
-  std::string surface;                        ///< PLY, empty = none
-  bool alone = false;                         ///< also each robot by itself
+  RunTruth truth;      ///< a robot that it has no trajectory of: groundtruth.txt of its source, if there is one
+  bool alone = false;  ///< also each robot by itself
 };
 
 /// Runs and evaluates into OUT/graph and OUT/paper (with `alone` also OUT/alone-NAME/graph ...), writes

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <map>
 #include <memory>
 #include <set>
 
@@ -17,12 +16,6 @@
 
 namespace comap {
 namespace {
-
-const std::map<std::string, bool PaperFixes::*> kFixes = {
-    {"noise-weights", &PaperFixes::noise_weights},        {"free-directions", &PaperFixes::free_directions},
-    {"check-tracking", &PaperFixes::check_tracking},      {"per-camera-graph", &PaperFixes::per_camera_graph},
-    {"correct-pose-log", &PaperFixes::correct_pose_log},  {"two-votes", &PaperFixes::two_votes},
-    {"independent-gates", &PaperFixes::independent_gates}};
 
 struct ReplayArguments {
   std::vector<std::string> robots;
@@ -120,14 +113,27 @@ int failIfIncomplete(const nlohmann::json& report) {
   return 0;
 }
 
+// How far a run is, in one line of a terminal; nothing where standard error is none.
+class ProgressLine {
+ public:
+  ReplayProgress writer() const {
+    return [terminal = terminal_](const std::string& stage, size_t done, size_t all) {
+      if (terminal) std::fprintf(stderr, "\r\033[K%s: %zu of %zu", stage.c_str(), done, all);
+    };
+  }
+  void clear() const {
+    if (terminal_) std::fprintf(stderr, "\r\033[K");
+  }
+
+ private:
+  const bool terminal_ = isatty(STDERR_FILENO) != 0;
+};
+
 int runOnce(const ReplayArguments& arguments) {
-  const bool terminal = isatty(STDERR_FILENO) != 0;
-  const auto progress = [terminal](const std::string& stage, size_t done, size_t all) {
-    if (terminal) std::fprintf(stderr, "\r\033[K%s: %zu of %zu", stage.c_str(), done, all);
-  };
+  const ProgressLine progress;
   if (arguments.mode == "paper") {
-    auto report = replayPaper(arguments.options, arguments.paper, progress);
-    if (terminal) std::fprintf(stderr, "\r\033[K");
+    auto report = replayPaper(arguments.options, arguments.paper, progress.writer());
+    progress.clear();
     if (!report) return failWith(report.error());
     if (arguments.json)
       std::printf("%s\n", report->dump(2).c_str());
@@ -135,9 +141,9 @@ int runOnce(const ReplayArguments& arguments) {
       printPaperSummary(*report, arguments.options.out);
     return 0;
   }
-  auto outcome =
-      arguments.link == "dds" ? replayDds(arguments.options, progress) : replayLoopback(arguments.options, progress);
-  if (terminal) std::fprintf(stderr, "\r\033[K");
+  auto outcome = arguments.link == "dds" ? replayDds(arguments.options, progress.writer())
+                                         : replayLoopback(arguments.options, progress.writer());
+  progress.clear();
   if (!outcome) return failWith(outcome.error());
   auto report = writeRunOutputs(arguments.options, *outcome);
   if (!report) return failWith(report.error());
@@ -166,14 +172,11 @@ int runCompare(ReplayArguments& arguments) {
     const size_t equals = text.find('=');
     if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
       return failWith({ErrorCode::kWrongUse, "--truth " + text + ": expected NAME=FILE"});
-    arguments.compare.truths[text.substr(0, equals)] = text.substr(equals + 1);
+    arguments.compare.truth.trajectories[text.substr(0, equals)] = text.substr(equals + 1);
   }
-  const bool terminal = isatty(STDERR_FILENO) != 0;
-  const auto progress = [terminal](const std::string& stage, size_t done, size_t all) {
-    if (terminal) std::fprintf(stderr, "\r\033[K%s: %zu of %zu", stage.c_str(), done, all);
-  };
-  const auto comparison = replayCompare(arguments.options, arguments.paper, arguments.compare, progress);
-  if (terminal) std::fprintf(stderr, "\r\033[K");
+  const ProgressLine progress;
+  const auto comparison = replayCompare(arguments.options, arguments.paper, arguments.compare, progress.writer());
+  progress.clear();
   if (!comparison) return failWith(comparison.error());
   if (arguments.json)
     std::printf("%s\n", comparison->dump(2).c_str());
@@ -187,7 +190,7 @@ int run(ReplayArguments& arguments) {
   if (arguments.side_by_side) {
     if (arguments.seeds > 0) return failWith({ErrorCode::kWrongUse, "--compare: takes no --seeds"});
     arguments.link = "loopback";
-  } else if (arguments.compare.alone || !arguments.truths.empty() || !arguments.compare.surface.empty()) {
+  } else if (arguments.compare.alone || !arguments.truths.empty() || !arguments.compare.truth.surface.empty()) {
     return failWith({ErrorCode::kWrongUse, "--alone, --truth, --surface: belong to --compare"});
   }
   if (!arguments.fixes.empty() && arguments.mode != "paper" && !arguments.side_by_side)
@@ -200,7 +203,8 @@ int run(ReplayArguments& arguments) {
     return failWith({ErrorCode::kWrongUse, "--keys: loopback has no wire to encrypt; use --link dds"});
   auto robots = parseRobots(arguments.robots);
   if (!robots) return failWith(robots.error());
-  for (const std::string& fix : arguments.fixes) arguments.paper.fixes.*kFixes.at(fix) = true;
+  for (const PaperFix& fix : kPaperFixes)
+    arguments.paper.fixes.*fix.chosen = std::ranges::count(arguments.fixes, fix.name) > 0;
   arguments.options.robots = std::move(*robots);
   // Before a folder is made: a wrong source is the most common mistake.
   for (const ReplayRobot& robot : arguments.options.robots) {
@@ -243,9 +247,9 @@ void addReplayVerb(CLI::App& app, int& exit_code) {
   verb->add_option(
       "--truth", arguments->truths,
       "With --compare: NAME=FILE, the truth of a robot (TUM format); else DIR/groundtruth.txt if there is");
-  verb->add_option("--surface", arguments->compare.surface, "With --compare: PLY of the true surface");
+  verb->add_option("--surface", arguments->compare.truth.surface, "With --compare: PLY of the true surface");
   std::vector<std::string> fixes;
-  for (const auto& [name, member] : kFixes) fixes.push_back(name);
+  for (const PaperFix& fix : kPaperFixes) fixes.push_back(fix.name);
   verb->add_option("--fix", arguments->fixes, "With --mode paper: a remedy for one of the method's known defects")
       ->check(CLI::IsMember(fixes));
   verb->add_option("--device", arguments->options.device, "Vulkan device: auto, llvmpipe or a number")

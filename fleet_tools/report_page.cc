@@ -149,18 +149,6 @@ std::string cards(const json& report) {
   return html + "</div>\n";
 }
 
-std::string pictureGallery(const std::vector<ReportPicture>& pictures) {
-  if (pictures.empty()) return "";
-  std::string html = "<div class=\"pictures\">\n";
-  for (const ReportPicture& picture : pictures) {
-    if (picture.png.empty()) continue;
-    const std::string title = htmlEscape(picture.title);
-    html += "<figure><img alt=\"" + title + "\" src=\"data:image/png;base64," + base64(picture.png) +
-            "\"><figcaption>" + title + "</figcaption></figure>\n";
-  }
-  return html + "</div>\n";
-}
-
 std::string plots(const std::vector<ReportTrajectory>& trajectories) {
   std::map<std::string, std::vector<const ReportTrajectory*>> by_map;
   for (const ReportTrajectory& trajectory : trajectories) by_map[trajectory.map].push_back(&trajectory);
@@ -252,6 +240,18 @@ std::string rawReport(const json& report) {
 }
 
 }  // namespace
+
+std::string pictureGallery(const std::vector<ReportPicture>& pictures) {
+  if (pictures.empty()) return "";
+  std::string html = "<div class=\"pictures\">\n";
+  for (const ReportPicture& picture : pictures) {
+    if (picture.png.empty()) continue;
+    const std::string title = htmlEscape(picture.title);
+    html += "<figure><img alt=\"" + title + "\" src=\"data:image/png;base64," + base64(picture.png) +
+            "\"><figcaption>" + title + "</figcaption></figure>\n";
+  }
+  return html + "</div>\n";
+}
 
 std::string renderReportPage(const json& report, const std::vector<ReportPicture>& pictures,
                              const std::vector<ReportTrajectory>& trajectories) {

@@ -25,4 +25,7 @@ struct ReportTrajectory {
 std::string renderReportPage(const nlohmann::json& report, const std::vector<ReportPicture>& pictures,
                              const std::vector<ReportTrajectory>& trajectories);
 
+/// The part of a page that shows pictures with their titles; empty without pictures.
+std::string pictureGallery(const std::vector<ReportPicture>& pictures);
+
 }  // namespace comap

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "mapping_core/ferns/fern_book.h"
 #include "mapping_core/surfels/surfel_map.h"
 
 namespace comap {
@@ -19,6 +20,17 @@ struct PaperFixes {
   bool independent_gates = false;  ///< closures are judged by rms and inlier ratio, not by rms / sqrt(N)
 };
 
+/// A remedy by its name on the command line.
+struct PaperFix {
+  const char* name;
+  bool PaperFixes::*chosen;
+};
+inline constexpr PaperFix kPaperFixes[] = {
+    {"noise-weights", &PaperFixes::noise_weights},        {"free-directions", &PaperFixes::free_directions},
+    {"check-tracking", &PaperFixes::check_tracking},      {"per-camera-graph", &PaperFixes::per_camera_graph},
+    {"correct-pose-log", &PaperFixes::correct_pose_log},  {"two-votes", &PaperFixes::two_votes},
+    {"independent-gates", &PaperFixes::independent_gates}};
+
 /// What a registration must reach, for 640 x 480 pixels; other sizes are scaled.
 struct ClosureGates {
   double error = 5e-5;  ///< sqrt(sum r^2) / N, metres
@@ -27,7 +39,7 @@ struct ClosureGates {
 };
 
 struct FernOptions {
-  uint64_t seed = 0x5EED;
+  uint64_t seed = FernBook::kStandardSeed;
   double harvest_dissimilarity = 0.3095;
   double match_dissimilarity = 0.7;  ///< similarity above 0.3
   uint32_t min_age = 300;            ///< ticks; of the camera's own places
