@@ -70,14 +70,14 @@ Json mergeJson(const PaperCore& core, const PaperMerge& merge, size_t number) {
           {"kept", merge.kept},
           {"absorbed", merge.absorbed},
           {"robots", merge.cameras},
-          {"T_kept_absorbed", poseJson(merge.T_kept_absorbed)},
+          {"T_kept_absorbed", poseJson(merge.match.T_other_own)},
           {"query", {{"robot", merge.camera}, {"stamp_ns", stampAt(*asking, merge.tick)}}},
           {"place",
-           {{"robot", cameras[merge.place.camera].name},
-            {"stamp_ns", stampAt(cameras[merge.place.camera], merge.place.tick)}}},
-          {"T_place_query", poseJson(merge.T_place_cam)},
-          {"inliers", merge.fit.inliers},
-          {"rms_m", merge.fit.rms_m}};
+           {{"robot", cameras[merge.match.place.camera].name},
+            {"stamp_ns", stampAt(cameras[merge.match.place.camera], merge.match.place.tick)}}},
+          {"T_place_query", poseJson(merge.match.T_place_cam)},
+          {"inliers", merge.match.fit.inliers},
+          {"rms_m", merge.match.fit.rms_m}};
 }
 
 Json reportJson(const PaperCore& core, const PaperOutcome& outcome) {
@@ -112,11 +112,11 @@ Json reportJson(const PaperCore& core, const PaperOutcome& outcome) {
                     {"global_loops", count(&PaperFrameRecord::global_loop)},
                     {"device", outcome.device},
                     {"peak_rss_mb", static_cast<double>(usage.ru_maxrss) / 1024}};
-  const PaperFixes& fixes = core.options().fixes;
-  report["fixes"] = {{"noise_weights", fixes.noise_weights},        {"free_directions", fixes.free_directions},
-                     {"check_tracking", fixes.check_tracking},      {"per_camera_graph", fixes.per_camera_graph},
-                     {"correct_pose_log", fixes.correct_pose_log},  {"two_votes", fixes.two_votes},
-                     {"independent_gates", fixes.independent_gates}};
+  for (const PaperFix& fix : kPaperFixes) {
+    std::string key = fix.name;
+    std::replace(key.begin(), key.end(), '-', '_');
+    report["fixes"][key] = core.options().fixes.*fix.chosen;
+  }
   report["joint_ate_rmse_m"] = nullptr;
   report["surface"] = {{"accuracy_mean_m", nullptr}, {"accuracy_median_m", nullptr}, {"completeness_2cm", nullptr}};
   report["wall_s"] = outcome.wall_s;

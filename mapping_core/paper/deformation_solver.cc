@@ -6,6 +6,8 @@
 namespace comap {
 namespace {
 
+constexpr double kRotationWeight = 1, kRegularisationWeight = 10, kConstraintWeight = 100;
+constexpr int kIterations = 3;
 constexpr int kUnknowns = 12;  // a node: A by columns, then b
 
 // Rows of a sparse least-squares problem over the nodes that are free.
@@ -99,11 +101,11 @@ void addConstraints(const DeformationGraph& graph, const std::vector<Deformation
 }
 
 Rows linearise(const DeformationGraph& graph, const std::vector<DeformationConstraint>& constraints,
-               const std::vector<Felt>& felt, const std::vector<int>& columns, const DeformationWeights& weights) {
+               const std::vector<Felt>& felt, const std::vector<int>& columns) {
   Rows rows(columns);
-  addRotation(graph, weights.rotation, rows);
-  addRegularisation(graph, weights.regularisation, rows);
-  addConstraints(graph, constraints, felt, weights.constraint, rows);
+  addRotation(graph, kRotationWeight, rows);
+  addRegularisation(graph, kRegularisationWeight, rows);
+  addConstraints(graph, constraints, felt, kConstraintWeight, rows);
   return rows;
 }
 
@@ -128,7 +130,7 @@ double meanError(const DeformationGraph& graph, const std::vector<DeformationCon
 }  // namespace
 
 DeformationSolve solveDeformation(DeformationGraph& graph, const std::vector<DeformationConstraint>& constraints,
-                                  const std::vector<bool>& frozen, const DeformationWeights& weights) {
+                                  const std::vector<bool>& frozen) {
   DeformationSolve result;
   auto& nodes = graph.nodes();
   std::vector<int> columns(nodes.size(), -1);
@@ -144,13 +146,13 @@ DeformationSolve solveDeformation(DeformationGraph& graph, const std::vector<Def
     felt.push_back({graph.influence(one.source), graph.influence(one.target)});
   result.start_error_m = meanError(graph, constraints, felt);
 
-  Rows rows = linearise(graph, constraints, felt, columns, weights);
+  Rows rows = linearise(graph, constraints, felt, columns);
   result.cost = costOf(rows);
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver;
   Eigen::SparseMatrix<double> damping(unknowns, unknowns);
   damping.setIdentity();
   damping *= 1e-9;  // nodes that nothing but their own rotation speaks of
-  for (int i = 0; i < weights.iterations; ++i) {
+  for (int i = 0; i < kIterations; ++i) {
     Eigen::SparseMatrix<double> J(static_cast<int>(rows.residuals().size()), unknowns);
     J.setFromTriplets(rows.entries().begin(), rows.entries().end());
     const Eigen::Map<const Eigen::VectorXd> r(rows.residuals().data(), static_cast<long>(rows.residuals().size()));
@@ -166,7 +168,7 @@ DeformationSolve solveDeformation(DeformationGraph& graph, const std::vector<Def
       for (int c = 0; c < 3; ++c) nodes[n].A.col(c) += step.segment<3>(columns[n] + 3 * c);
       nodes[n].b += step.segment<3>(columns[n] + 9);
     }
-    Rows next = linearise(graph, constraints, felt, columns, weights);
+    Rows next = linearise(graph, constraints, felt, columns);
     const double cost = costOf(next);
     if (cost > result.cost) {
       nodes = before;
@@ -175,7 +177,6 @@ DeformationSolve solveDeformation(DeformationGraph& graph, const std::vector<Def
     const double gain = result.cost - cost;
     rows = std::move(next);
     result.cost = cost;
-    ++result.iterations;
     if (gain <= 1e-5 * cost || step.norm() < 1e-9) break;
   }
   result.mean_error_m = meanError(graph, constraints, felt);

@@ -19,18 +19,12 @@ struct DeformationSolve {
   double mean_error_m = 0;  ///< distance that sources are left from their targets, pins not counted
   double start_error_m = 0;
   double cost = 0;
-  int iterations = 0;
   bool solved = false;  ///< false: no nodes, no constraints, or equations that cannot be solved
-};
-
-struct DeformationWeights {
-  double rotation = 1, regularisation = 10, constraint = 100;
-  int iterations = 3;
 };
 
 /// Moves the nodes of `graph`; those for which `frozen` is set (may be empty) stay. Steps that raise the cost are taken
 /// back. A pure function of its arguments.
 DeformationSolve solveDeformation(DeformationGraph& graph, const std::vector<DeformationConstraint>& constraints,
-                                  const std::vector<bool>& frozen, const DeformationWeights& weights = {});
+                                  const std::vector<bool>& frozen);
 
 }  // namespace comap

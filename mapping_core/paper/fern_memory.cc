@@ -8,7 +8,6 @@
 namespace comap {
 namespace {
 
-constexpr size_t kSmallLevel = 3;
 constexpr int kShrink = 8;
 constexpr double kSmallPixels = 80.0 * 60.0;
 
@@ -83,11 +82,10 @@ std::optional<FernMatch> FernMemory::match(const FernView& query, const std::fun
   const Alignment aligned = registrar.alignSmall(place.pyramid, query.pyramid);
   if (!aligned.solved) return std::nullopt;
   match.T_place_cam = aligned.T_ref_cur;
-  match.fit = fitOf(place.pyramid, query.pyramid, kSmallLevel, match.T_place_cam);
+  const Fit fit = fitOf(place.pyramid, query.pyramid, kSmallLevel, match.T_place_cam);
   const CameraModel& camera = query.pyramid[kSmallLevel].camera;
   const double scale = static_cast<double>(camera.width) * camera.height / kSmallPixels;
-  if (match.fit.error >= options_.error / std::sqrt(scale) ||
-      static_cast<double>(match.fit.inliers) <= options_.inliers * scale)
+  if (fit.error >= options_.error / std::sqrt(scale) || static_cast<double>(fit.inliers) <= options_.inliers * scale)
     return std::nullopt;
   if (colourDifference(place, query, match.T_place_cam) >= options_.photometric) return std::nullopt;
   return match;

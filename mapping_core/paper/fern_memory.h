@@ -29,7 +29,6 @@ struct FernPlace {
 struct FernMatch {
   size_t place = 0;
   Pose T_place_cam;  ///< of the camera that asked
-  Fit fit;
 };
 
 /// Thread rule: one thread.

@@ -7,7 +7,6 @@
 namespace comap {
 namespace {
 
-constexpr size_t kSmallLevel = 3;
 constexpr int kEvery = 8;  // pixels of the small view, between two constraints
 
 bool isOld(const LoopContext& c, const FernPlace& place) {
@@ -42,7 +41,6 @@ Result<LoopReport> closeGlobalLoop(const LoopContext& c, const FernView& seen) {
   const auto match = c.frame.ferns.match(
       seen, [&](const FernPlace& place) { return isOld(c, place); }, c.registrar);
   if (!match) return report;
-  report.fit = match->fit;
   const FernPlace& place = c.frame.ferns.places()[match->place];
   const Pose T_map_cam = place.T_map_cam * match->T_place_cam;
   auto constraints = constraintsOf(c, seen, T_map_cam, place.time);

@@ -5,7 +5,6 @@
 namespace comap {
 namespace {
 
-constexpr int kLevels = 4;
 // A second vote is one from elsewhere that says the same.
 constexpr double kElsewhere_m = 0.3, kElsewhere_rad = 15 * std::numbers::pi / 180;
 constexpr double kSame_m = 0.10, kSame_rad = 10 * std::numbers::pi / 180;
@@ -37,8 +36,8 @@ Result<std::optional<MapMatch>> InterMap::find(const PaperCamera& camera, const 
   auto view = region.predictAll(T_other_guess);
   if (!view) return view.error();
   Pyramid reference, own_view;
-  buildPyramid(view->view.colour, view->view.depth_m, camera.model, kLevels, reference);
-  buildPyramid(camera.filled.colour, camera.filled.predicted_m, camera.model, kLevels, own_view);
+  buildPyramid(view->view.colour, view->view.depth_m, camera.model, kDenseLevels, reference);
+  buildPyramid(camera.filled.colour, camera.filled.predicted_m, camera.model, kDenseLevels, own_view);
   const Alignment aligned = registrar.align(reference, own_view, Pose());
   if (!aligned.solved) return std::optional<MapMatch>();
   MapMatch match;
@@ -51,34 +50,6 @@ Result<std::optional<MapMatch>> InterMap::find(const PaperCamera& camera, const 
   if (options_.fixes.two_votes && !agreesWithEarlier(camera, own, other.name, match.T_other_own))
     return std::optional<MapMatch>();
   return std::optional<MapMatch>(match);
-}
-
-Result<void> mergeFrames(ReferenceFrame& kept, size_t kept_index, ReferenceFrame& absorbed, size_t absorbed_index,
-                         const Pose& T_kept_absorbed, std::vector<PaperCamera>& cameras, uint32_t tick) {
-  const Eigen::Matrix3f R = T_kept_absorbed.rotationMatrix().cast<float>();
-  const Eigen::Vector3f t = T_kept_absorbed.translation().cast<float>();
-  auto moved = absorbed.map.rewrite([&](TimedSurfel& surfel) {
-    surfel.surfel.position = R * surfel.surfel.position + t;
-    surfel.surfel.normal = R * surfel.surfel.normal;
-  });
-  if (!moved) return moved;
-  kept.map.absorb(std::move(absorbed.map));
-  kept.ferns.absorb(std::move(absorbed.ferns), T_kept_absorbed);
-  for (Tie& tie : absorbed.ties) {
-    tie.source = T_kept_absorbed * tie.source;
-    tie.target = T_kept_absorbed * tie.target;
-    kept.ties.push_back(tie);
-  }
-  absorbed.ties.clear();
-  kept.merged_at = tick;
-  kept.deformed_at = std::max(kept.deformed_at, absorbed.deformed_at);
-  for (PaperCamera& camera : cameras) {
-    if (camera.frame != absorbed_index) continue;
-    camera.frame = kept_index;
-    camera.T_map_cam = T_kept_absorbed * camera.T_map_cam;
-    for (LoggedPose& pose : camera.log) pose.T_map_cam = T_kept_absorbed * pose.T_map_cam;
-  }
-  return {};
 }
 
 }  // namespace comap

@@ -1,5 +1,4 @@
-// Loops between maps: does what one camera sees lie in another frame of reference, and where? And putting two maps
-// together rigidly.
+// Loops between maps: does what one camera sees lie in another frame of reference, and where?
 #pragma once
 
 #include <map>
@@ -14,17 +13,6 @@ struct MapMatch {
   FrameTime place;   ///< of the other map, that was recognised
   Pose T_place_cam;  ///< of the camera that matched, in the camera of the place
   Fit fit;           ///< of the full-size views
-};
-
-struct PaperMerge {
-  uint32_t tick = 0;
-  std::string kept, absorbed;        ///< maps
-  std::vector<std::string> cameras;  ///< of the absorbed map
-  std::string camera;                ///< whose view matched
-  Pose T_kept_absorbed;
-  FrameTime place;  ///< what it matched, as in MapMatch
-  Pose T_place_cam;
-  Fit fit;
 };
 
 /// Thread rule: one thread.
@@ -47,10 +35,5 @@ class InterMap {
   };
   std::map<std::pair<std::string, std::string>, std::vector<Vote>> votes_;
 };
-
-/// `absorbed` lies at T_kept_absorbed in `kept`, which takes all that it holds and the cameras that move in it
-/// (`absorbed_index`), with their histories. Errors are those of the device.
-Result<void> mergeFrames(ReferenceFrame& kept, size_t kept_index, ReferenceFrame& absorbed, size_t absorbed_index,
-                         const Pose& T_kept_absorbed, std::vector<PaperCamera>& cameras, uint32_t tick);
 
 }  // namespace comap

@@ -7,7 +7,6 @@
 namespace comap {
 namespace {
 
-constexpr int kLevels = 4;
 constexpr int kGridColumns = 32, kGridRows = 24;
 
 // Points of the active surface, from where they are to where the inactive surface has them.
@@ -57,12 +56,12 @@ Result<LoopReport> closeLocalLoop(const LoopContext& c, const TimedView& active)
   auto inactive = region.predictInactive(c.camera.T_map_cam);
   if (!inactive) return inactive.error();
   Pyramid reference, frame;
-  buildPyramid(inactive->view.colour, inactive->view.depth_m, c.camera.model, kLevels, reference);
-  buildPyramid(active.view.colour, active.view.depth_m, c.camera.model, kLevels, frame);
+  buildPyramid(inactive->view.colour, inactive->view.depth_m, c.camera.model, kDenseLevels, reference);
+  buildPyramid(active.view.colour, active.view.depth_m, c.camera.model, kDenseLevels, frame);
   const Alignment aligned = c.registrar.align(reference, frame, Pose());
   if (!aligned.solved) return report;
-  report.fit = fitOf(reference, frame, 0, aligned.T_ref_cur);
-  if (!passes(report.fit, c.options.closure, c.camera.model, c.options.fixes.independent_gates)) return report;
+  const Fit fit = fitOf(reference, frame, 0, aligned.T_ref_cur);
+  if (!passes(fit, c.options.closure, c.camera.model, c.options.fixes.independent_gates)) return report;
 
   const Pose T_map_cam = c.camera.T_map_cam * aligned.T_ref_cur;
   const auto constraints = constraintsOf(c, active, *inactive, T_map_cam);

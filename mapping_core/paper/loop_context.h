@@ -9,7 +9,6 @@ namespace comap {
 /// A loop that was looked for: whether it was closed, and by what numbers.
 struct LoopReport {
   bool closed = false;
-  Fit fit;
   DeformationSolve solve;
 };
 

@@ -3,9 +3,10 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <chrono>
 #include <set>
 
+#include "mapping_core/paper/merge_frames.h"
+#include "mapping_core/paper/stopwatch.h"
 #include "mapping_core/surfels/surfel_pool.h"
 
 namespace comap {
@@ -85,9 +86,9 @@ Result<void> PaperCore::playRound(const std::vector<std::optional<Frame>>& frame
     records.push_back(record);
   }
   for (PaperFrameRecord& record : records) {
-    const auto start = std::chrono::steady_clock::now();
+    Stopwatch clock;
     if (auto done = joinMaps(record.camera, record); !done) return done;
-    record.inter_map_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    record.inter_map_ms = clock.lap();
     record.maps = maps().size();
     record.surfels = frameOf(record.camera).map.size();
     records_.push_back(record);
@@ -113,18 +114,15 @@ Result<void> PaperCore::joinMaps(uint32_t index, PaperFrameRecord& record) {
       merge.kept = kept.name;
       merge.absorbed = own.name;
       merge.camera = camera.name;
-      merge.T_kept_absorbed = (*match)->T_other_own;
-      merge.place = (*match)->place;
-      merge.T_place_cam = (*match)->T_place_cam;
-      merge.fit = (*match)->fit;
+      merge.match = **match;
       const size_t absorbed = camera.frame;
       for (const PaperCamera& one : cameras_)
         if (one.frame == absorbed) merge.cameras.push_back(one.name);
-      if (auto done = mergeFrames(kept, other, own, absorbed, merge.T_kept_absorbed, cameras_, tick_); !done)
+      if (auto done = mergeFrames(kept, other, own, absorbed, merge.match.T_other_own, cameras_, tick_); !done)
         return done;
       log_(fmt::format("tick {}: map {} taken into {} by camera {}: {} inliers, rms {:.4f} m, variance {:.1e}", tick_,
-                       merge.absorbed, merge.kept, merge.camera, merge.fit.inliers, merge.fit.rms_m,
-                       merge.fit.worst_variance));
+                       merge.absorbed, merge.kept, merge.camera, merge.match.fit.inliers, merge.match.fit.rms_m,
+                       merge.match.fit.worst_variance));
       merges_.push_back(std::move(merge));
       record.merged = true;
       again = true;

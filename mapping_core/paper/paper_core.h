@@ -19,6 +19,15 @@ struct PaperFrameRecord {
   bool local_loop = false, global_loop = false, merged = false, lost = false;
 };
 
+/// One map taken into another, for good.
+struct PaperMerge {
+  uint32_t tick = 0;
+  std::string kept, absorbed;        ///< maps
+  std::vector<std::string> cameras;  ///< of the absorbed map
+  std::string camera;                ///< whose view matched
+  MapMatch match;                    ///< of the absorbed map's camera in the kept one
+};
+
 /// Thread rule: one thread, the device's.
 class PaperCore {
  public:

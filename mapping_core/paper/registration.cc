@@ -12,8 +12,7 @@ namespace {
 constexpr float kDistance_m = 0.10f, kSine = 0.342f;
 constexpr double kGeometryWeight = 100;
 constexpr double kGatePixels = 640.0 * 480.0;
-constexpr size_t kTurnLevel = 2;
-constexpr size_t kSmallLevel = 3;
+constexpr size_t kTurnLevel = kDenseLevels - 1;
 
 }  // namespace
 
@@ -62,7 +61,8 @@ bool passes(const Fit& fit, const ClosureGates& gates, const CameraModel& camera
     return false;
   if (!independent) return fit.error < gates.error / std::sqrt(scale);
   constexpr double kRms_m = 0.015, kInlierRatio = 0.35;
-  return fit.rms_m<kRms_m&& static_cast<double>(fit.inliers)> kInlierRatio * static_cast<double>(fit.compared);
+  if (fit.rms_m >= kRms_m) return false;
+  return static_cast<double>(fit.inliers) > kInlierRatio * static_cast<double>(fit.compared);
 }
 
 Registrar::Registrar(const PaperOptions& options) {
@@ -81,14 +81,13 @@ Registrar::Registrar(const PaperOptions& options) {
 }
 
 Alignment Registrar::align(const Pyramid& reference, const Pyramid& frame, const Pose& T_guess) {
-  constexpr ReferenceOptions kDense{0, 2, std::numeric_limits<int>::max()};
+  constexpr ReferenceOptions kDense{0, kDenseLevels - 1, std::numeric_limits<int>::max()};
   buildReference(reference, kDense, noise_, nullptr, picked_, reference_);
   return comap::align(reference_, frame, T_guess, options_, workspace_);
 }
 
 Alignment Registrar::alignSmall(const Pyramid& reference, const Pyramid& frame) {
-  constexpr int kLevel = static_cast<int>(kSmallLevel);
-  constexpr ReferenceOptions kSmall{kLevel, kLevel, std::numeric_limits<int>::max()};
+  constexpr ReferenceOptions kSmall{kSmallLevel, kSmallLevel, std::numeric_limits<int>::max()};
   buildReference(reference, kSmall, noise_, nullptr, picked_, reference_);
   return comap::align(reference_, frame, Pose(), small_options_, workspace_);
 }

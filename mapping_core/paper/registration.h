@@ -7,6 +7,11 @@
 
 namespace comap {
 
+/// Levels of the pyramids that whole views are aligned with.
+inline constexpr int kDenseLevels = 3;
+/// The one level of fern images: an eighth of the view's size.
+inline constexpr int kSmallLevel = 3;
+
 /// How well two views lie on each other, point to plane.
 struct Fit {
   size_t inliers = 0;         ///< pixels whose surfaces are within 10 cm and 20 degrees
@@ -16,7 +21,7 @@ struct Fit {
   double worst_variance = 1;  ///< largest diagonal entry of the inverse of 100 sum J^T J
 };
 
-/// Of level `level` of two pyramids; every `stride`-th pixel is looked at and counted for all.
+/// Of level `level` of two pyramids, over all pixels of the frame's.
 Fit fitOf(const Pyramid& reference, const Pyramid& frame, size_t level, const Pose& T_ref_cur);
 
 /// Whether a fit passes; gates are scaled to the number of pixels.
@@ -27,9 +32,9 @@ class Registrar {
  public:
   explicit Registrar(const PaperOptions& options);
 
-  /// Three levels of geometry and brightness, all pixels of the reference.
+  /// kDenseLevels levels of geometry and brightness, all pixels of the reference.
   Alignment align(const Pyramid& reference, const Pyramid& frame, const Pose& T_guess);
-  /// Geometry alone on level 3 alone, as fern images are aligned.
+  /// Geometry alone on kSmallLevel alone, as fern images are aligned.
   Alignment alignSmall(const Pyramid& reference, const Pyramid& frame);
   /// How the camera has turned between two pictures, from their coarse grey levels; no turn if they do not tell.
   Pose turn(const Pyramid& previous, const Pyramid& current);

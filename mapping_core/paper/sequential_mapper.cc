@@ -1,29 +1,13 @@
 #include "mapping_core/paper/sequential_mapper.h"
 
-#include <chrono>
-
 #include "mapping_core/paper/global_loop.h"
 #include "mapping_core/paper/local_loop.h"
+#include "mapping_core/paper/stopwatch.h"
 
 namespace comap {
 namespace {
 
-constexpr int kLevels = 4;
 constexpr double kLeastInactive = 0.08;  // of the picture: fewer pixels than a local loop asks for
-
-class StageClock {
- public:
-  // Milliseconds since it was last asked.
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
-    last_ = now;
-    return ms;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 }  // namespace
 
@@ -34,9 +18,9 @@ Result<StepReport> SequentialMapper::step(ReferenceFrame& frame, std::vector<Pap
                                           std::vector<FrameTime>& owners, const Frame& image, uint32_t tick) {
   PaperCamera& camera = cameras[index];
   StepReport report;
-  StageClock clock;
+  Stopwatch clock;
   Pyramid live;
-  buildPyramid(image.colour, image.depth, image.camera, kLevels, options_.fusion.depth_min_m,
+  buildPyramid(image.colour, image.depth, image.camera, kDenseLevels, options_.fusion.depth_min_m,
                options_.fusion.depth_max_m, live);
   camera.model = image.camera;
   if (!camera.log.empty()) track(camera, live, report);
@@ -59,16 +43,14 @@ Result<StepReport> SequentialMapper::step(ReferenceFrame& frame, std::vector<Pap
   report.ms.predict = clock.lap();
 
   if (!report.lost) {
-    report.remembered =
-        frame.ferns.harvest(fernViewOf(book_, camera.filled, camera.model), {camera.index, tick}, camera.T_map_cam);
+    frame.ferns.harvest(fernViewOf(book_, camera.filled, camera.model), {camera.index, tick}, camera.T_map_cam);
   }
   report.ms.ferns = clock.lap();
   return report;
 }
 
 void SequentialMapper::track(PaperCamera& camera, const Pyramid& live, StepReport& report) {
-  report.alignment = registrar_.align(camera.reference, live, registrar_.turn(camera.live, live));
-  const Alignment& found = report.alignment;
+  const Alignment found = registrar_.align(camera.reference, live, registrar_.turn(camera.live, live));
   constexpr double kInlierRatio = 0.5, kPhotometric = 20;
   const bool believed =
       found.solved && found.T_ref_cur.isFinite() && found.T_ref_cur.translation().norm() <= options_.largest_step_m;
@@ -118,8 +100,8 @@ Result<void> SequentialMapper::predict(ReferenceFrame& frame, PaperCamera& camer
   if (!view) return view.error();
   camera.filled = fillView(std::move(view->view), image, options_.fusion.depth_min_m, options_.fusion.depth_max_m);
   const bool dense = camera.filled.dense_share > options_.dense_share;
-  buildPyramid(camera.filled.colour, dense ? camera.filled.predicted_m : camera.filled.depth_m, camera.model, kLevels,
-               camera.reference);
+  buildPyramid(camera.filled.colour, dense ? camera.filled.predicted_m : camera.filled.depth_m, camera.model,
+               kDenseLevels, camera.reference);
   return {};
 }
 

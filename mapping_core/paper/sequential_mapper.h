@@ -12,11 +12,9 @@ struct StageTimes {
 
 struct StepReport {
   StageTimes ms;
-  Alignment alignment;      ///< to the active part; unsolved for the first frame
   bool lost = false;        ///< could not be tracked: kept its pose
   bool local_loop = false;  ///< closed in this step
   bool global_loop = false;
-  bool remembered = false;  ///< became a place
 };
 
 /// Thread rule: one thread.

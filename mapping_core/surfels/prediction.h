@@ -25,10 +25,10 @@ struct PredictionBuffers {
 /// Pixels that a surfel's disc may reach beyond the one its centre is seen at, see shaders/common/disc.glsl.
 inline constexpr float kFootprintMargin_px = 33;
 
-/// Of chunks that may hold something in view. `times`: only these surfels of a timed map, and `contributors` of the
-/// view are the surfels' owners.
+/// Of chunks that may hold something in view. `times` (null: all): only these surfels of a timed map, and
+/// `contributors` of the view are the surfels' owners.
 Result<PredictedView> predictView(gpu::Context& context, const SurfelKernels& kernels, std::span<const ChunkRows> seen,
                                   PredictionBuffers& buffers, const FramePush& frame, const CameraModel& camera,
-                                  const PredictionOptions& options, const SeenStep* times = nullptr);
+                                  const PredictionOptions& options, const SeenStep* times);
 
 }  // namespace comap

@@ -21,9 +21,9 @@ struct VisibleList {
   size_t surfels = 0;
 
   Result<void> reserve(gpu::Context& context, size_t count);
-  /// `seen`: only those; else all.
+  /// `seen`: only those; all if null.
   void record(gpu::Recorder& recorder, const SurfelKernels& kernels, const SurfelStreams& streams,
-              const ListVisiblePush& push, const SeenStep* seen = nullptr) const;
+              const ListVisiblePush& push, const SeenStep* seen) const;
 };
 
 }  // namespace comap

@@ -60,7 +60,7 @@ TEST(PaperCore, TwoCamerasMergeWhereOneSeesWhatTheOtherHasSeen) {
   const PaperMerge& merge = core->merges()[0];
   const bool into_a = merge.kept == "a";
   const Pose T_a_b = b_at(0);
-  const Pose error = (into_a ? T_a_b : T_a_b.inverse()).inverse() * merge.T_kept_absorbed;
+  const Pose error = (into_a ? T_a_b : T_a_b.inverse()).inverse() * merge.match.T_other_own;
   EXPECT_LT(error.translation().norm(), 0.02);
   EXPECT_LT(error.angle() * 180 / std::numbers::pi, 0.5);
   EXPECT_EQ(core->cameras()[0].frame, core->cameras()[1].frame);

@@ -1,0 +1,22 @@
+// Wall time between laps.
+#pragma once
+
+#include <chrono>
+
+namespace comap {
+
+class Stopwatch {
+ public:
+  /// Milliseconds since it was last asked, at first since it was made.
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
+    last_ = now;
+    return ms;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace comap
