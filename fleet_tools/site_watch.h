@@ -18,7 +18,7 @@ using WatchClock = std::chrono::steady_clock;
 struct HeardRobot {
   Status status;
   bool has_status = false;
-  std::optional<Correction> correction;  ///< of the same session as the status
+  std::optional<Correction> correction;  ///< the last; maybe of an earlier session than the status
   WatchClock::time_point heard{};        ///< its last status or hello
   /// Keyframes that the core has taken, by time: for the rate. At most some seconds of them.
   std::deque<std::pair<WatchClock::time_point, int64_t>> delivered;

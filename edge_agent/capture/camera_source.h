@@ -14,7 +14,7 @@ namespace comap {
 
 using CaptureLog = std::function<void(const std::string& line)>;
 
-/// Schemes of live cameras that this build can open; others are known by name, and refused with what is missing.
+/// Whether openCamera takes it. True also where this build lacks the library: openCamera then says what is missing.
 bool isCameraScheme(const std::string& scheme);
 
 /// Opens `scheme:place`: `v4l2:COLOUR,DEPTH` (device files), `openni2:URI`, `openni2:FILE.oni` (a recording) or
@@ -24,7 +24,7 @@ Result<std::unique_ptr<FrameSource>> openCamera(const std::string& scheme, const
                                                 const CameraConfig& config, CaptureLog log,
                                                 VideoCalls& calls = systemVideoCalls());
 
-/// One line a scheme: how to write it and what it is.
+/// One line a scheme: how to write it and what it is. Those that this build cannot open are listed too, and say so.
 std::vector<std::string> cameraSchemes();
 
 /// What is plugged in: a line a device, and indented below what it offers, or why it cannot be used.

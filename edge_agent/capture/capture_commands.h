@@ -25,7 +25,8 @@ Result<void> preview(FrameSource& source, const std::string& file, const Capture
 Result<void> checkCalibration(FrameSource& source, const std::string& file, const CaptureLog& log);
 
 /// Writes frames as a TUM-format folder until the source ends, there are `most` of them (0 = no limit), or `stop` says
-/// so. Damaged frames are told and left out. kWrongUse if the folder is not empty or nothing was recorded.
+/// so. Damaged frames are told and left out. kWrongUse if the folder is not empty, kUnreachable if no frame came; else as
+/// TumWriter.
 Result<void> record(FrameSource& source, const std::string& directory, size_t most, const std::function<bool()>& stop,
                     const CaptureLog& log);
 

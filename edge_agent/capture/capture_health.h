@@ -35,7 +35,7 @@ struct CaptureHealth {
   int every = 1;             ///< of so many pictures one is taken, so that the processor keeps up
 };
 
-/// "colour streaming, depth gone (why); 3 overtaken, 1 unpaired, 0 damaged".
+/// "colour streaming, depth gone (why); 3 overtaken, 1 unpaired, 0 damaged, 2 missed; one of 1 taken".
 std::string toString(const CaptureHealth& health);
 
 }  // namespace comap

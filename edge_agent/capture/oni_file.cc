@@ -124,7 +124,7 @@ Result<std::unique_ptr<FrameSource>> openOniFile(const std::string& path, const 
   const Lens colour_lens = lensOf(*colour->stream), depth_lens = lensOf(*depth->stream);
   if (rig.colour.pinhole.fx <= 0) rig.colour = colour_lens;
   if (rig.depth.pinhole.fx <= 0) rig.depth = depth_lens;
-  // A recording does not say who registered its depth: through one lens and from one place it need not be asked.
+  // Most recordings do not say whether their depth was registered, and count as not.
   const bool registered = config.registration == "device" ||
                           (config.registration == "auto" &&
                            (*device)->device().getImageRegistrationMode() == openni::IMAGE_REGISTRATION_DEPTH_TO_COLOR);

@@ -7,7 +7,7 @@
 namespace comap {
 
 struct ViewAsset {
-  std::string_view path;  ///< as asked for: "/app.js"
+  std::string_view path;  ///< as asked for: "/main.js"
   std::string_view type;  ///< MIME
   std::string_view content;
 };

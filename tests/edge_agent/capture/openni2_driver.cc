@@ -216,7 +216,6 @@ class SceneDevice final : public DeviceBase {
       frame.stamp_ns += later_ns;
       ++shown;
       if (shown % frames_.size() == 0) later_ns = frame.stamp_ns;
-      // Depth first: its stream was made last or first, the order of the two is the program's business.
       for (StreamBase* stream : streams_) static_cast<SceneStream*>(stream)->show(frame, static_cast<int>(shown));
     }
   }
