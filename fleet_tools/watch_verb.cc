@@ -3,12 +3,10 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <ctime>
 #include <memory>
 
 #include "fleet_tools/fail.h"
 #include "fleet_tools/observer_link.h"
-#include "fleet_tools/record_json.h"
 #include "fleet_tools/site_watch.h"
 #include "fleet_tools/text_table.h"
 #include "fleet_tools/verb.h"
@@ -20,6 +18,10 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kSecond(1000), kTurn(100);
+
+// The terminal's other screen, without a cursor, and back.
+constexpr const char* kEnterScreen = "\x1b[?1049h\x1b[?25l";
+constexpr const char* kLeaveScreen = "\x1b[?25h\x1b[?1049l";
 
 volatile sig_atomic_t g_stop = 0;
 
@@ -75,8 +77,7 @@ int run(const WatchOptions& options) {
   const auto start = WatchClock::now();
   auto core_last = start;
   bool ever = false;
-  if (terminal) std::printf("\x1b[?1049h\x1b[?25l");
-  int exit_code = 0;
+  if (terminal) std::printf("%s", kEnterScreen);
   while (g_stop == 0) {
     listen(**link, watch, kSecond);
     const bool core_there = (*link)->peers() > 0;
@@ -85,7 +86,7 @@ int run(const WatchOptions& options) {
     ever = ever || core_there;
     const std::chrono::duration<double> without = now - core_last;
     if (without.count() > options.wait_s) {
-      if (terminal) std::printf("\x1b[?25h\x1b[?1049l");
+      if (terminal) std::printf("%s", kLeaveScreen);
       return failWith({ErrorCode::kUnreachable,
                        "no mapping core of site '" + options.link.site + "' on DDS domain " +
                            std::to_string(options.link.domain) + " was heard for " + fixed(options.wait_s, 0) + " s" +
@@ -94,8 +95,8 @@ int run(const WatchOptions& options) {
     if (g_stop == 0 && (core_there || terminal)) tell(options, watch, core_there, terminal);
     if (options.for_s > 0 && std::chrono::duration<double>(now - start).count() >= options.for_s) break;
   }
-  if (terminal) std::printf("\x1b[?25h\x1b[?1049l");
-  return exit_code;
+  if (terminal) std::printf("%s", kLeaveScreen);
+  return 0;
 }
 
 }  // namespace

@@ -17,11 +17,10 @@ Eigen::Vector2d distorted(const Lens& lens, double x, double y) {
 
 CameraModel vga(double f) { return {f, f, 319.5, 239.5, 640, 480}; }
 
-CameraProfile profile(const std::string& name, const std::string& about, double colour_f, double depth_f,
+CameraProfile profile(const std::string& name, double colour_f, double depth_f,
                       double depth_x_m, float floor_m, float factor_per_m) {
   CameraProfile made;
   made.name = name;
-  made.about = about;
   made.rig.colour.pinhole = vga(colour_f);
   made.rig.depth.pinhole = vga(depth_f);
   made.rig.T_colour_depth = Pose(Eigen::Quaterniond::Identity(), {depth_x_m, 0, 0});
@@ -61,12 +60,16 @@ std::optional<Eigen::Vector2d> Lens::rayOf(double u, double v) const {
 
 const std::vector<CameraProfile>& cameraProfiles() {
   static const std::vector<CameraProfile> profiles{
-      profile("kinect-v1", "Microsoft Kinect of the Xbox 360", 525, 585, -0.025, 0.001f, 0.0019f),
-      profile("xtion", "Asus Xtion Pro Live, PrimeSense Carmine", 535, 570, -0.025, 0.001f, 0.0019f),
-      // 0.08 pixels of disparity over f times baseline (50 mm).
-      profile("realsense-d435", "Intel RealSense D435, D435i, D455 at 640x480", 610, 385, 0.015, 0.001f, 0.0042f),
-      profile("realsense-d415", "Intel RealSense D415 at 640x480", 615, 600, 0.015, 0.001f, 0.0024f),
-      profile("orbbec-astra", "Orbbec Astra, Astra Pro", 525, 570, -0.025, 0.001f, 0.0019f),
+      // Microsoft Kinect of the Xbox 360.
+      profile("kinect-v1", 525, 585, -0.025, 0.001f, 0.0019f),
+      // Asus Xtion Pro Live, PrimeSense Carmine.
+      profile("xtion", 535, 570, -0.025, 0.001f, 0.0019f),
+      // Intel RealSense D435, D435i, D455 at 640x480: 0.08 pixels of disparity over f times baseline (50 mm).
+      profile("realsense-d435", 610, 385, 0.015, 0.001f, 0.0042f),
+      // Intel RealSense D415 at 640x480.
+      profile("realsense-d415", 615, 600, 0.015, 0.001f, 0.0024f),
+      // Orbbec Astra, Astra Pro.
+      profile("orbbec-astra", 525, 570, -0.025, 0.001f, 0.0019f),
   };
   return profiles;
 }

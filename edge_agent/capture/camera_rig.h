@@ -35,7 +35,7 @@ struct CameraRig {
 
 /// What a kind of camera is like when nobody has calibrated it: a start, a few pixels wrong for any one device.
 struct CameraProfile {
-  std::string name, about;
+  std::string name;
   CameraRig rig;
   float noise_floor_m = 0, noise_factor_per_m = 0;  ///< sigma = floor + factor * z^2
 };

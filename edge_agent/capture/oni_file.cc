@@ -124,7 +124,8 @@ Result<std::unique_ptr<FrameSource>> openOniFile(const std::string& path, const 
   const Lens colour_lens = lensOf(*colour->stream), depth_lens = lensOf(*depth->stream);
   if (rig.colour.pinhole.fx <= 0) rig.colour = colour_lens;
   if (rig.depth.pinhole.fx <= 0) rig.depth = depth_lens;
-  // Most recordings do not say whether their depth was registered, and count as not.
+  // Most recordings do not say whether their depth was registered, and count as not: through one lens and from one
+  // place it is the same.
   const bool registered = config.registration == "device" ||
                           (config.registration == "auto" &&
                            (*device)->device().getImageRegistrationMode() == openni::IMAGE_REGISTRATION_DEPTH_TO_COLOR);

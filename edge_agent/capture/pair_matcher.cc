@@ -79,9 +79,4 @@ std::optional<PicturePair> PairMatcher::takeNewest() {
   return pair;
 }
 
-void PairMatcher::clear() {
-  while (!colour_.empty()) passOver();
-  depth_.clear();
-}
-
 }  // namespace comap

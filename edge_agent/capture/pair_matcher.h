@@ -29,9 +29,6 @@ class PairMatcher {
   bool hasPair() const { return newest().has_value(); }
   std::optional<PicturePair> takeNewest();
 
-  /// Forgets what waits, as after a gap in a stream.
-  void clear();
-
   uint64_t overtaken() const { return overtaken_; }  ///< colour pictures that had a partner and were passed over
   uint64_t unpaired() const { return unpaired_; }    ///< colour pictures that never had one
 

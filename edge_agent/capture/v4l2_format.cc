@@ -93,12 +93,6 @@ bool fits(const VideoMode& mode, const VideoWish& wish) {
 
 }  // namespace
 
-uint32_t fourccOf(PixelFormat format) {
-  for (const Known& known : kKnown)
-    if (known.format == format) return known.fourcc;
-  return 0;
-}
-
 std::optional<PixelFormat> formatOf(uint32_t fourcc) {
   if (fourcc == V4L2_PIX_FMT_JPEG) return PixelFormat::kMjpeg;
   for (const Known& known : kKnown)

@@ -47,8 +47,7 @@ Result<VideoMode> chooseMode(const VideoOffer& offer, const VideoWish& wish);
 /// "YUYV 640x480 30 fps".
 std::string toString(const VideoMode& mode);
 
-/// The kernel's code of a format, and back.
-uint32_t fourccOf(PixelFormat format);
+/// The format that the kernel calls so; nothing if it is not understood here.
 std::optional<PixelFormat> formatOf(uint32_t fourcc);
 
 }  // namespace comap

@@ -47,7 +47,6 @@ std::string siteJson(const SiteView& site) {
   json["version"] = site.version;
   json["core_heard"] = site.core_heard;
   json["contributors_known"] = site.contributors_known;
-  json["tile_edge_m"] = kTileEdge_m;
   if (site.core)
     json["core"] = {{"keyframes", site.core->keyframes},
                     {"maps", site.core->maps},

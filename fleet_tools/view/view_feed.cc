@@ -7,7 +7,7 @@
 namespace comap {
 
 void ViewFeed::setSection(ViewSection section, const std::string& json) {
-  Section& held = sections_[static_cast<size_t>(section)];
+  Held& held = sections_[static_cast<size_t>(section)];
   std::vector<uint8_t> bytes(kMessageHeadroom);
   bytes.insert(bytes.end(), json.begin(), json.end());
   if (held.message && *held.message == bytes) return;
@@ -41,12 +41,6 @@ FeedMessage ViewFeed::next(FeedCursor& cursor) const {
   if (it == journal_.end()) return {};
   cursor.tiles = it->first;
   return {tiles_.at(it->second).message, true};
-}
-
-size_t ViewFeed::tileBytes() const {
-  size_t sum = 0;
-  for (const auto& [key, held] : tiles_) sum += held.message->size() - kMessageHeadroom;
-  return sum;
 }
 
 }  // namespace comap

@@ -44,20 +44,14 @@ class ViewFeed {
   FeedMessage next(FeedCursor& cursor) const;
 
   size_t tiles() const { return tiles_.size(); }
-  /// Of all tiles, as they are sent.
-  size_t tileBytes() const;
 
  private:
   struct Held {
     uint64_t change = 0;
     std::shared_ptr<std::vector<uint8_t>> message;
   };
-  struct Section {
-    uint64_t change = 0;
-    std::shared_ptr<std::vector<uint8_t>> message;
-  };
 
-  std::array<Section, kViewSections> sections_;
+  std::array<Held, kViewSections> sections_;
   std::map<TileKey, Held> tiles_;        // those removed too, so that browsers hear of it
   std::map<uint64_t, TileKey> journal_;  // each tile once, at its last change
   uint64_t changes_ = 0;

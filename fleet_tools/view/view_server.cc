@@ -84,7 +84,6 @@ class LwsServer : public ViewServer {
   }
 
   int port() const override { return lws_get_vhost_listen_port(vhost_); }
-  size_t browsers() const override { return browsers_; }
 
   void serve(std::chrono::milliseconds period) override {
     lws_callback_on_writable_all_protocol(context_, &protocols_[1]);

@@ -41,7 +41,6 @@ class ViewServer {
   virtual ~ViewServer() = default;
 
   virtual int port() const = 0;
-  virtual size_t browsers() const = 0;
   /// Serves for about `period`, then returns. Call it again and again.
   virtual void serve(std::chrono::milliseconds period) = 0;
 };

@@ -75,7 +75,6 @@ export class Splats {
     this.group = new THREE.Group();
     this.tiles = new Map();
     this.surfels = 0;
-    this.bytes = 0;
     this.detail = 1;  // share of the full density; lowered while moving on slow machines
     this.drawn = 0;
     this.map = null;
