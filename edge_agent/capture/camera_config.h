@@ -4,7 +4,7 @@
 #include <string>
 
 #include "edge_agent/capture/camera_rig.h"
-#include "edge_agent/capture/v4l2_stream.h"
+#include "edge_agent/capture/picture_stream.h"
 #include "protocol/config/config_reader.h"
 
 namespace comap {

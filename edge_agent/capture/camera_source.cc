@@ -5,6 +5,8 @@
 #include "edge_agent/capture/libcamera.h"
 #include "edge_agent/capture/openni2.h"
 #include "edge_agent/capture/paired_source.h"
+#include "edge_agent/capture/v4l2_format.h"
+#include "edge_agent/capture/v4l2_stream.h"
 
 namespace comap {
 namespace {

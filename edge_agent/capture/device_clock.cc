@@ -1,6 +1,7 @@
 #include "edge_agent/capture/device_clock.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 
 namespace comap {
@@ -9,6 +10,11 @@ namespace {
 constexpr int64_t kJump_ns = 1'000'000'000, kDriftParts = 10'000;
 
 }  // namespace
+
+int64_t monotonicNow_ns() {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
+}
 
 int64_t DeviceClock::toHost(int64_t device_ns, int64_t arrival_ns) {
   const std::lock_guard lock(mutex_);

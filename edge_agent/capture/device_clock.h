@@ -1,10 +1,13 @@
-// A device's own clock seen from the host's.
+// The host's clock, and a device's own seen from it.
 #pragma once
 
 #include <cstdint>
 #include <mutex>
 
 namespace comap {
+
+/// The host's monotonic clock, which devices stamp their pictures with.
+int64_t monotonicNow_ns();
 
 /// Learns the difference from arrivals: the smallest delay seen counts as none, and may grow by 100 ppm, as clocks
 /// drift. Any thread.

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "edge_agent/capture/picture_stream.h"
-#include "edge_agent/capture/v4l2_stream.h"
 
 namespace comap {
 

@@ -1,5 +1,6 @@
 #include "edge_agent/capture/live_stream.h"
 
+#include "edge_agent/capture/device_clock.h"
 #include "edge_agent/capture/stamp_guard.h"
 
 namespace comap {
@@ -9,10 +10,6 @@ constexpr std::chrono::milliseconds kTurn{50};  // how long a stop may have to w
 using Clock = std::chrono::steady_clock;
 
 }  // namespace
-
-int64_t monotonicNow_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch()).count();
-}
 
 LiveStream::LiveStream(PictureKind kind, std::unique_ptr<PictureStream> stream, StreamOpener open, PictureInbox& inbox,
                        LiveStreamOptions options)

@@ -45,7 +45,4 @@ class LiveStream {
   std::jthread thread_;  // last: it uses all of the above
 };
 
-/// The host's monotonic clock, which devices stamp their pictures with.
-int64_t monotonicNow_ns();
-
 }  // namespace comap

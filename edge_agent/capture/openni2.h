@@ -8,7 +8,6 @@
 #include "edge_agent/capture/camera_config.h"
 #include "edge_agent/capture/frame_source.h"
 #include "edge_agent/capture/picture_stream.h"
-#include "edge_agent/capture/v4l2_format.h"
 
 namespace comap {
 

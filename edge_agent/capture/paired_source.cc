@@ -1,5 +1,6 @@
 #include "edge_agent/capture/paired_source.h"
 
+#include "edge_agent/capture/device_clock.h"
 #include "edge_agent/capture/frame_maker.h"
 #include "edge_agent/capture/pair_matcher.h"
 #include "edge_agent/capture/rate_rule.h"

@@ -7,6 +7,8 @@
 
 namespace comap {
 
+enum class PictureKind : uint8_t { kColour, kDepth };
+
 enum class PixelFormat : uint8_t {
   kMjpeg,  ///< one JPEG; its Huffman tables may be left out, as cameras do
   kYuyv,   ///< Y U Y V, chroma for two pixels

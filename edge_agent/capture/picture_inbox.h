@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "edge_agent/capture/capture_health.h"
-#include "edge_agent/capture/v4l2_format.h"
+#include "edge_agent/capture/picture.h"
 
 namespace comap {
 

@@ -1,4 +1,4 @@
-// One stream of pictures from a device, colour or depth.
+// One stream of pictures from a device, colour or depth, and what may be wanted of it.
 #pragma once
 
 #include <chrono>
@@ -11,6 +11,20 @@
 #include "protocol/types/result.h"
 
 namespace comap {
+
+/// What is wanted of a device; a zero leaves it to the device.
+struct VideoWish {
+  PictureKind kind = PictureKind::kColour;
+  std::string format = "auto";  ///< auto, or as toString(PixelFormat) writes it
+  int width = 0, height = 0;    ///< pixels
+  double fps = 0;
+};
+
+struct VideoControls {
+  static constexpr int kLeave = -1;
+  int exposure_us = kLeave;  ///< 0 = the device finds it by itself
+  int gain = kLeave;         ///< in the device's own unit
+};
 
 class PictureStream {
  public:

@@ -3,7 +3,8 @@
 
 #include <string>
 
-#include "edge_agent/capture/v4l2_stream.h"
+#include "edge_agent/capture/picture_stream.h"
+#include "edge_agent/capture/video_calls.h"
 
 namespace comap {
 

@@ -6,13 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "edge_agent/capture/picture.h"
+#include "edge_agent/capture/picture_stream.h"
 #include "edge_agent/capture/video_calls.h"
 #include "protocol/types/result.h"
 
 namespace comap {
-
-enum class PictureKind : uint8_t { kColour, kDepth };
 
 /// One size of one format that is understood here. A device that offers a range of sizes is listed with its largest.
 struct VideoMode {
@@ -27,14 +25,6 @@ struct VideoOffer {
   std::string path, card, bus;
   std::vector<VideoMode> modes;
   std::vector<std::string> other_formats;  ///< names of those that are not understood here
-};
-
-/// What is wanted of a device; a zero leaves it to the device.
-struct VideoWish {
-  PictureKind kind = PictureKind::kColour;
-  std::string format = "auto";  ///< auto, or as toString(PixelFormat) writes it
-  int width = 0, height = 0;
-  double fps = 0;
 };
 
 /// Asks an open device. kWrongUse if it does not capture pictures, kUnreachable if it does not answer.

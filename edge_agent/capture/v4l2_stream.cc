@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "edge_agent/capture/v4l2_controls.h"
+#include "edge_agent/capture/v4l2_format.h"
 
 namespace comap {
 namespace {

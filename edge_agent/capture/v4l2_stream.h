@@ -5,16 +5,9 @@
 #include <string>
 
 #include "edge_agent/capture/picture_stream.h"
-#include "edge_agent/capture/v4l2_format.h"
 #include "edge_agent/capture/video_calls.h"
 
 namespace comap {
-
-struct VideoControls {
-  static constexpr int kLeave = -1;
-  int exposure_us = kLeave;  ///< 0 = the device finds it by itself
-  int gain = kLeave;         ///< in the device's own unit
-};
 
 /// Opens `path`, sets mode and controls, starts. kUnreachable if it is not there, busy or fails; kWrongUse if it does
 /// not offer what is wanted (mode or control), and says what it offers instead. `calls` must outlive the stream.

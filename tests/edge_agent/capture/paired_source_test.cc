@@ -5,9 +5,9 @@
 
 #include "edge_agent/capture/camera_source.h"
 #include "edge_agent/capture/capture_commands.h"
+#include "edge_agent/capture/device_clock.h"
 #include "edge_agent/capture/image_codec.h"
 #include "edge_agent/capture/image_file.h"
-#include "edge_agent/capture/live_stream.h"
 #include "edge_agent/capture/source_uri.h"
 #include "tests/edge_agent/capture/fake_video.h"
 #include "tests/edge_agent/capture/temporary_folder.h"

@@ -1,9 +1,11 @@
+#include "edge_agent/capture/v4l2_stream.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "edge_agent/capture/camera_source.h"
 #include "edge_agent/capture/picture_convert.h"
-#include "edge_agent/capture/v4l2_stream.h"
+#include "edge_agent/capture/v4l2_format.h"
 #include "tests/edge_agent/capture/fake_video.h"
 
 namespace comap {
