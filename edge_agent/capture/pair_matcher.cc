@@ -1,6 +1,5 @@
 #include "edge_agent/capture/pair_matcher.h"
 
-#include <algorithm>
 #include <cstdlib>
 
 namespace comap {
@@ -21,13 +20,7 @@ void PairMatcher::addColour(Picture picture) {
 
 void PairMatcher::addDepth(Picture picture) {
   const int64_t stamp_ns = picture.stamp_ns;
-  if (any_depth_ && stamp_ns > last_depth_ns_) {
-    const int64_t gap_ns = stamp_ns - last_depth_ns_;
-    // The shortest gap of late: pictures that were lost make it longer, nothing makes it shorter.
-    depth_period_ns_ = depth_period_ns_ == 0 ? gap_ns : std::min(gap_ns, depth_period_ns_ + depth_period_ns_ / 50);
-  }
-  any_depth_ = true;
-  last_depth_ns_ = stamp_ns;
+  depth_period_.add(stamp_ns);
   if (any_used_ && stamp_ns <= used_depth_ns_) return;
   depth_.push_back(std::move(picture));
   if (depth_.size() > kKept) depth_.pop_front();
@@ -51,7 +44,8 @@ std::optional<PairMatcher::Found> PairMatcher::newest() const {
     const auto found = partner(stamp_ns);
     if (!found) continue;
     const int64_t behind_ns = stamp_ns - depth_[*found].stamp_ns;
-    const bool next_is_farther = depth_period_ns_ > 0 && 2 * behind_ns <= depth_period_ns_;
+    const int64_t period_ns = depth_period_.period_ns();
+    const bool next_is_farther = period_ns > 0 && 2 * behind_ns <= period_ns;
     if (depth_.back().stamp_ns >= stamp_ns || next_is_farther) return Found{i, *found};
   }
   return std::nullopt;

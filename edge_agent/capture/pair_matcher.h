@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "edge_agent/capture/picture.h"
+#include "edge_agent/capture/stream_period.h"
 
 namespace comap {
 
@@ -42,8 +43,9 @@ class PairMatcher {
 
   int64_t max_gap_ns_;
   std::deque<Picture> colour_, depth_;
-  int64_t depth_period_ns_ = 0, last_depth_ns_ = 0, used_colour_ns_ = 0, used_depth_ns_ = 0;
-  bool any_depth_ = false, any_used_ = false;
+  StreamPeriod depth_period_;
+  int64_t used_colour_ns_ = 0, used_depth_ns_ = 0;
+  bool any_used_ = false;
   uint64_t overtaken_ = 0, unpaired_ = 0;
 };
 

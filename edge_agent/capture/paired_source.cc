@@ -4,6 +4,7 @@
 #include "edge_agent/capture/frame_maker.h"
 #include "edge_agent/capture/pair_matcher.h"
 #include "edge_agent/capture/rate_rule.h"
+#include "edge_agent/capture/stream_period.h"
 
 namespace comap {
 namespace {
@@ -75,10 +76,7 @@ class PairedSource final : public FrameSource {
  private:
   void collect() {
     for (Picture& picture : inbox_.take(PictureKind::kColour)) {
-      const int64_t gap_ns = newest_ns_ == 0 ? 0 : picture.stamp_ns - newest_ns_;
-      newest_ns_ = picture.stamp_ns;
-      // Pictures that were lost make a gap longer, nothing makes it shorter.
-      if (gap_ns > 0) period_ns_ = period_ns_ == 0 ? gap_ns : std::min(gap_ns, period_ns_ + period_ns_ / 50);
+      colour_period_.add(picture.stamp_ns);
       matcher_.addColour(std::move(picture));
     }
     for (Picture& picture : inbox_.take(PictureKind::kDepth)) matcher_.addDepth(std::move(picture));
@@ -99,7 +97,7 @@ class PairedSource final : public FrameSource {
     const auto work = std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - *work_since_);
     work_since_.reset();
     const int before = rate_.every();
-    rate_.worked(work.count(), period_ns_);
+    rate_.worked(work.count(), colour_period_.period_ns());
     if (rate_.every() != before && options_.log)
       options_.log("camera: one of " + std::to_string(rate_.every()) + " frames is taken, so that work keeps up");
   }
@@ -140,8 +138,8 @@ class PairedSource final : public FrameSource {
   RateRule rate_;
   std::optional<PicturePair> pair_;  // the next one
   std::optional<Clock::time_point> work_since_;
-  int64_t last_ns_ = 0;                    // of the frame taken last
-  int64_t newest_ns_ = 0, period_ns_ = 0;  // of colour pictures
+  int64_t last_ns_ = 0;  // of the frame taken last
+  StreamPeriod colour_period_;
   uint64_t not_due_ = 0, not_decoded_ = 0;
   Told told_colour_, told_depth_;
   Clock::time_point last_told_ = Clock::now();
