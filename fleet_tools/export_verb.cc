@@ -7,6 +7,7 @@
 
 #include "fleet_tools/fail.h"
 #include "fleet_tools/glb.h"
+#include "fleet_tools/map_points.h"
 #include "fleet_tools/ply.h"
 #include "fleet_tools/record_json.h"
 #include "fleet_tools/staged_files.h"
@@ -15,7 +16,6 @@
 #include "fleet_tools/verb.h"
 #include "fleet_tools/view/map_frame.h"
 #include "mapping_core/store/map_store.h"
-#include "mapping_core/tiles/tile_builder.h"
 
 namespace comap {
 namespace {
@@ -77,10 +77,8 @@ Result<Exported> exportPoints(const MapStore& store, const ExportOptions& option
   if (!tiles) return tiles.error();
   std::vector<MapPoint> points;
   for (const Tile& tile : *tiles) {
-    for (const TileSurfel& packed : tile.surfels) {
-      const Surfel s = dequantise(packed, tile.key);
-      points.push_back({s.position, s.normal, s.colour, s.radius, s.confidence});
-    }
+    const std::vector<MapPoint> of_tile = pointsOf(tile);
+    points.insert(points.end(), of_tile.begin(), of_tile.end());
   }
   StagedFiles staged;
   const std::string file = staged.stage(options.out);

@@ -9,7 +9,7 @@
 #include <ranges>
 
 #include "fleet_tools/glb.h"
-#include "mapping_core/tiles/tile_builder.h"
+#include "fleet_tools/map_points.h"
 
 namespace comap {
 namespace {
@@ -23,16 +23,6 @@ constexpr double kBlockSpacing_m = 0.05, kMapSpacing_m = 0.2;
 // Viewers turn glTF's y into their z, (x, y, z) to (x, -z, y); the node undoes that, so that contents are in the map's
 // frame as the tileset's boxes are.
 const Eigen::Quaterniond kAgainstYUp(Eigen::AngleAxisd(-std::numbers::pi / 2, Eigen::Vector3d::UnitX()));
-
-std::vector<MapPoint> pointsOf(const Tile& tile) {
-  std::vector<MapPoint> points;
-  points.reserve(tile.surfels.size());
-  for (const TileSurfel& packed : tile.surfels) {
-    const Surfel s = dequantise(packed, tile.key);
-    points.push_back({s.position, s.normal, s.colour, s.radius, s.confidence});
-  }
-  return points;
-}
 
 // The most confident of each cube; the cube's diagonal bounds how far any is from it. Discs grow to cover the cube.
 std::vector<MapPoint> thinned(std::span<const MapPoint> points, double spacing_m) {
