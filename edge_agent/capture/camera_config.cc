@@ -2,18 +2,19 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "edge_agent/capture/image_file.h"
+
 namespace comap {
 namespace {
 
-constexpr int kMostEdge_px = 8192;
 constexpr double kMostFocal_px = 20000;
 
 // Size first: what a profile says of the lens is for a size.
 void readLens(ConfigReader& reader, Lens& lens) {
   CameraModel& pinhole = lens.pinhole;
   int width = pinhole.width, height = pinhole.height;
-  reader.read("width", width, 16, kMostEdge_px);
-  reader.read("height", height, 16, kMostEdge_px);
+  reader.read("width", width, 16, kMaxImageEdge_px);
+  reader.read("height", height, 16, kMaxImageEdge_px);
   if (width != pinhole.width || height != pinhole.height) {
     const auto same_view = resized(lens, width, height);
     if (same_view) {
@@ -27,8 +28,8 @@ void readLens(ConfigReader& reader, Lens& lens) {
   }
   reader.read("fx", pinhole.fx, 0, kMostFocal_px);
   reader.read("fy", pinhole.fy, 0, kMostFocal_px);
-  reader.read("cx", pinhole.cx, 0, kMostEdge_px);
-  reader.read("cy", pinhole.cy, 0, kMostEdge_px);
+  reader.read("cx", pinhole.cx, 0, kMaxImageEdge_px);
+  reader.read("cy", pinhole.cy, 0, kMaxImageEdge_px);
   reader.read("k1", lens.k1, -10, 10);
   reader.read("k2", lens.k2, -10, 10);
   reader.read("p1", lens.p1, -1, 1);

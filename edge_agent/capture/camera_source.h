@@ -1,18 +1,16 @@
 // Live cameras by name.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "edge_agent/capture/camera_config.h"
+#include "edge_agent/capture/capture_log.h"
 #include "edge_agent/capture/frame_source.h"
 #include "edge_agent/capture/video_calls.h"
 
 namespace comap {
-
-using CaptureLog = std::function<void(const std::string& line)>;
 
 /// Whether openCamera takes it. True also where this build lacks the library: openCamera then says what is missing.
 bool isCameraScheme(const std::string& scheme);

@@ -5,11 +5,10 @@
 #include <functional>
 #include <string>
 
+#include "edge_agent/capture/capture_log.h"
 #include "edge_agent/capture/frame_source.h"
 
 namespace comap {
-
-using CaptureLog = std::function<void(const std::string& line)>;
 
 /// Prints the kinds of sources and the cameras that are plugged in to stdout.
 void listSources();
@@ -25,8 +24,8 @@ Result<void> preview(FrameSource& source, const std::string& file, const Capture
 Result<void> checkCalibration(FrameSource& source, const std::string& file, const CaptureLog& log);
 
 /// Writes frames as a TUM-format folder until the source ends, there are `most` of them (0 = no limit), or `stop` says
-/// so. Damaged frames are told and left out. kWrongUse if the folder is not empty, kUnreachable if no frame came; else as
-/// TumWriter.
+/// so. Damaged frames are told and left out. kWrongUse if the folder is not empty, kUnreachable if no frame came; else
+/// as TumWriter.
 Result<void> record(FrameSource& source, const std::string& directory, size_t most, const std::function<bool()>& stop,
                     const CaptureLog& log);
 

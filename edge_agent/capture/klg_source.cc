@@ -178,14 +178,12 @@ Result<std::unique_ptr<FrameSource>> openKlg(const std::string& path, TumRange r
   auto entries = readIndex(file, path, pictures);
   if (!entries) return entries.error();
   const size_t total = entries->size();
-  if (range.last == TumRange::kToEnd) range.last = std::max(total, range.first);
-  if (range.first >= range.last || range.last > total)
-    return Error{ErrorCode::kWrongUse,
-                 fmt::format("{}: frames {}:{} asked, the log has {}", path, range.first, range.last, total)};
-  std::vector<Entry> asked(entries->begin() + static_cast<std::ptrdiff_t>(range.first),
-                           entries->begin() + static_cast<std::ptrdiff_t>(range.last));
+  const auto frames = resolveRange(range, total, path, "the log");
+  if (!frames) return frames.error();
+  std::vector<Entry> asked(entries->begin() + static_cast<std::ptrdiff_t>(frames->first),
+                           entries->begin() + static_cast<std::ptrdiff_t>(frames->last));
   return std::unique_ptr<FrameSource>(std::make_unique<KlgSource>(
-      path, std::move(file), std::move(asked), range, total, FrameMaker(rig, registered, camera.shrink), pictures));
+      path, std::move(file), std::move(asked), *frames, total, FrameMaker(rig, registered, camera.shrink), pictures));
 }
 
 }  // namespace comap

@@ -1,11 +1,11 @@
 // A live camera as a frame source: any colour stream with any depth stream.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
 
 #include "edge_agent/capture/camera_rig.h"
+#include "edge_agent/capture/capture_log.h"
 #include "edge_agent/capture/frame_source.h"
 #include "edge_agent/capture/live_stream.h"
 
@@ -17,7 +17,7 @@ struct PairedOptions {
   int shrink = 1;                    ///< frames 1, 2 or 4 times smaller than colour pictures
   int64_t max_gap_ns = 20'000'000;   ///< between the two pictures of a frame
   LiveStreamOptions stream;
-  std::function<void(const std::string& line)> log;  ///< told when a stream stalls, goes or comes back
+  CaptureLog log;  ///< told when a stream stalls, goes or comes back
 };
 
 /// Opens both devices, or says why not (the openers' errors; kWrongUse for a rig without focal lengths). From then on a

@@ -52,12 +52,13 @@ Result<std::vector<Line>> readLines(const std::string& path) {
 
 std::string place(const std::string& path, const Line& line) { return path + ":" + std::to_string(line.number); }
 
-struct Picture {
+struct ListedPicture {
   int64_t stamp_ns = 0;
   std::string path;
 };
 
-Result<Picture> readPicture(const std::string& list, const std::string& directory, const Line& line, size_t first) {
+Result<ListedPicture> readPicture(const std::string& list, const std::string& directory, const Line& line,
+                                  size_t first) {
   const auto& stamp = line.words[first];
   const auto& name = line.words[first + 1];
   const auto stamp_ns = parseStamp_ns(stamp);
@@ -69,7 +70,7 @@ Result<Picture> readPicture(const std::string& list, const std::string& director
   if (leaves) {
     return Error{ErrorCode::kBadData, place(list, line) + ": path '" + name + "' leads out of the sequence's folder"};
   }
-  return Picture{*stamp_ns, (std::filesystem::path(directory) / relative).string()};
+  return ListedPicture{*stamp_ns, (std::filesystem::path(directory) / relative).string()};
 }
 
 Error wrongWordCount(const std::string& list, const Line& line, const char* expected) {
@@ -97,10 +98,10 @@ Result<std::vector<TumPair>> readAssociations(const std::string& list, const std
   return pairs;
 }
 
-Result<std::vector<Picture>> readList(const std::string& list, const std::string& directory) {
+Result<std::vector<ListedPicture>> readList(const std::string& list, const std::string& directory) {
   auto lines = readLines(list);
   if (!lines) return lines.error();
-  std::vector<Picture> pictures;
+  std::vector<ListedPicture> pictures;
   for (const auto& line : *lines) {
     if (line.words.size() != 2) return wrongWordCount(list, line, "2 (stamp path)");
     auto picture = readPicture(list, directory, line, 0);
@@ -117,7 +118,7 @@ Result<std::vector<Picture>> readList(const std::string& list, const std::string
 }
 
 // The closest pairs first, as the data set's own tool does, so that a picture goes to its nearest partner.
-std::vector<TumPair> pairByTime(const std::vector<Picture>& colours, const std::vector<Picture>& depths) {
+std::vector<TumPair> pairByTime(const std::vector<ListedPicture>& colours, const std::vector<ListedPicture>& depths) {
   std::vector<std::tuple<int64_t, size_t, size_t>> candidates;
   size_t start = 0;
   for (size_t c = 0; c < colours.size(); ++c) {

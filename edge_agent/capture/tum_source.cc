@@ -93,6 +93,14 @@ class TumSource final : public FrameSource {
 
 }  // namespace
 
+Result<TumRange> resolveRange(TumRange range, size_t total, const std::string& path, const std::string& what) {
+  if (range.last == TumRange::kToEnd) range.last = std::max(total, range.first);
+  if (range.first < range.last && range.last <= total) return range;
+  return Error{ErrorCode::kWrongUse, path + ": frames " + std::to_string(range.first) + ":" +
+                                         std::to_string(range.last) + " asked, " + what + " has " +
+                                         std::to_string(total)};
+}
+
 Result<std::unique_ptr<FrameSource>> openTum(const std::string& directory, TumRange range) {
   std::error_code problem;
   if (!std::filesystem::is_directory(directory, problem)) {
@@ -110,14 +118,10 @@ Result<std::unique_ptr<FrameSource>> openTumPairs(const std::string& kind, const
   const size_t total = pairs.size();
   if (total == 0) return Error{ErrorCode::kBadData, directory + ": lists no pair of colour and depth"};
 
-  if (range.last == TumRange::kToEnd) range.last = std::max(total, range.first);
-  if (range.first >= range.last || range.last > total) {
-    return Error{ErrorCode::kWrongUse, directory + ": frames " + std::to_string(range.first) + ":" +
-                                           std::to_string(range.last) + " asked, the sequence has " +
-                                           std::to_string(total)};
-  }
-  pairs.erase(pairs.begin() + static_cast<std::ptrdiff_t>(range.last), pairs.end());
-  pairs.erase(pairs.begin(), pairs.begin() + static_cast<std::ptrdiff_t>(range.first));
+  const auto asked = resolveRange(range, total, directory, "the sequence");
+  if (!asked) return asked.error();
+  pairs.erase(pairs.begin() + static_cast<std::ptrdiff_t>(asked->last), pairs.end());
+  pairs.erase(pairs.begin(), pairs.begin() + static_cast<std::ptrdiff_t>(asked->first));
   std::error_code problem;
   for (const auto& pair : pairs) {
     for (const auto* path : {&pair.colour_path, &pair.depth_path}) {
@@ -127,7 +131,7 @@ Result<std::unique_ptr<FrameSource>> openTumPairs(const std::string& kind, const
     }
   }
   return std::unique_ptr<FrameSource>(
-      std::make_unique<TumSource>(kind, directory, range, total, calibration, std::move(pairs)));
+      std::make_unique<TumSource>(kind, directory, *asked, total, calibration, std::move(pairs)));
 }
 
 }  // namespace comap

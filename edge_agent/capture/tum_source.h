@@ -18,6 +18,10 @@ struct TumRange {
   size_t last = kToEnd;
 };
 
+/// The range with its end known, of the `total` frames of `what` ("the sequence"). kWrongUse, which begins with `path`,
+/// if it is empty or leads beyond them.
+Result<TumRange> resolveRange(TumRange range, size_t total, const std::string& path, const std::string& what);
+
 /// Opens a folder with calibration.txt (`fx fy cx cy width height depth_scale`) and associations.txt, or rgb.txt and
 /// depth.txt. Frames carry the colour picture's stamp and depth in the project's unit (values it cannot hold become 0).
 ///

@@ -1,7 +1,7 @@
+#include "edge_agent/capture/camera_config.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include "edge_agent/capture/camera_config.h"
 
 namespace comap {
 namespace {

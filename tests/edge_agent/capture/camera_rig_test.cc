@@ -1,6 +1,7 @@
+#include "edge_agent/capture/camera_rig.h"
+
 #include <gtest/gtest.h>
 
-#include "edge_agent/capture/camera_rig.h"
 #include "edge_agent/capture/undistort.h"
 #include "tests/scenes/scene.h"
 

@@ -1,8 +1,9 @@
 // What names of live cameras lead to, with the libraries of this build and no camera.
+#include "edge_agent/capture/camera_source.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "edge_agent/capture/camera_source.h"
 #include "edge_agent/capture/libcamera.h"
 #include "edge_agent/capture/openni2.h"
 #include "tests/edge_agent/capture/fake_video.h"

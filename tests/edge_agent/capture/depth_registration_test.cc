@@ -1,9 +1,10 @@
+#include "edge_agent/capture/depth_registration.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "edge_agent/capture/depth_registration.h"
 #include "tests/scenes/scene.h"
 
 namespace comap {

@@ -1,6 +1,6 @@
-#include <gtest/gtest.h>
-
 #include "edge_agent/capture/device_clock.h"
+
+#include <gtest/gtest.h>
 
 namespace comap {
 namespace {

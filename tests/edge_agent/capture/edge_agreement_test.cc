@@ -1,8 +1,9 @@
+#include "edge_agent/capture/edge_agreement.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "edge_agent/capture/capture_commands.h"
-#include "edge_agent/capture/edge_agreement.h"
 #include "edge_agent/capture/image_file.h"
 #include "tests/edge_agent/capture/temporary_folder.h"
 #include "tests/scenes/scene.h"

@@ -1,8 +1,9 @@
+#include "edge_agent/capture/image_file.h"
+
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 
-#include "edge_agent/capture/image_file.h"
 #include "tests/edge_agent/capture/temporary_folder.h"
 
 namespace comap {

@@ -39,14 +39,19 @@ std::vector<comap::Frame> readScene() {
   }
 }
 
+OniVideoMode modeOf(OniSensorType sensor, const comap::CameraModel& camera) {
+  OniVideoMode mode{};
+  mode.pixelFormat = sensor == ONI_SENSOR_COLOR ? ONI_PIXEL_FORMAT_RGB888 : ONI_PIXEL_FORMAT_DEPTH_1_MM;
+  mode.resolutionX = camera.width;
+  mode.resolutionY = camera.height;
+  mode.fps = 30;
+  return mode;
+}
+
 class SceneStream final : public StreamBase {
  public:
-  SceneStream(OniSensorType sensor, const std::vector<comap::Frame>& frames) : sensor_(sensor), frames_(frames) {
-    mode_.resolutionX = frames.front().camera.width;
-    mode_.resolutionY = frames.front().camera.height;
-    mode_.fps = 30;
-    mode_.pixelFormat = sensor == ONI_SENSOR_COLOR ? ONI_PIXEL_FORMAT_RGB888 : ONI_PIXEL_FORMAT_DEPTH_1_MM;
-  }
+  SceneStream(OniSensorType sensor, const std::vector<comap::Frame>& frames)
+      : sensor_(sensor), frames_(frames), mode_(modeOf(sensor, frames.front().camera)) {}
 
   OniStatus start() override {
     running_ = true;
@@ -142,7 +147,7 @@ class SceneStream final : public StreamBase {
 
   OniSensorType sensor_;
   const std::vector<comap::Frame>& frames_;
-  OniVideoMode mode_{};
+  OniVideoMode mode_;
   OniCropping cropping_{};
   OniBool mirrored_ = TRUE;  // as some real drivers begin
   std::atomic<bool> running_ = false;
@@ -160,10 +165,7 @@ class SceneDevice final : public DeviceBase {
     const comap::CameraModel& camera = frames_.front().camera;
     const OniSensorType sensors[] = {ONI_SENSOR_COLOR, ONI_SENSOR_DEPTH};
     for (int i = 0; i < 2; ++i) {
-      modes_[i].pixelFormat = i == 0 ? ONI_PIXEL_FORMAT_RGB888 : ONI_PIXEL_FORMAT_DEPTH_1_MM;
-      modes_[i].resolutionX = camera.width;
-      modes_[i].resolutionY = camera.height;
-      modes_[i].fps = 30;
+      modes_[i] = modeOf(sensors[i], camera);
       infos_[i] = {sensors[i], 1, &modes_[i]};
     }
     *infos = infos_;

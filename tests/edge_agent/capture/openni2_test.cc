@@ -45,11 +45,13 @@ class OpenNi2Test : public testing::Test {
     }
     setenv("COMAP_TEST_SCENE", scene().c_str(), 1);
     setenv("COMAP_TEST_PERIOD_MS", "12", 1);
-    setenv("COMAP_TEST_REGISTERS", "1", 1);
     ASSERT_EQ(openni::OpenNI::initialize(), openni::STATUS_OK) << openni::OpenNI::getExtendedError();
   }
   static void TearDownTestSuite() { delete folder_; }
-  void SetUp() override { unsetenv("COMAP_TEST_REPEAT"); }
+  void SetUp() override {
+    unsetenv("COMAP_TEST_REPEAT");
+    setenv("COMAP_TEST_REGISTERS", "1", 1);
+  }
 
   static std::string scene() { return *folder_ / "scene"; }
 
@@ -87,7 +89,7 @@ class OpenNi2Test : public testing::Test {
     ASSERT_EQ(colour.start(), openni::STATUS_OK);
     openni::VideoStream* streams[] = {&depth, &colour};
     int which = 0;
-    while (openni::OpenNI::waitForAnyStream(streams, 2, &which, 500) == openni::STATUS_OK) {
+    while (openni::OpenNI::waitForAnyStream(streams, 2, &which, 3000) == openni::STATUS_OK) {
       openni::VideoFrameRef frame;
       streams[which]->readFrame(&frame);
     }
@@ -214,6 +216,15 @@ TEST_F(OpenNi2Test, IsRegisteredHereIfAskedFor) {
   for (int y = 0; y < 240; ++y) EXPECT_EQ((*next)->depth.at(0, y), 0) << "depth has moved to the right";
 }
 
+TEST_F(OpenNi2Test, ADeviceThatDoesNotRegisterSaysSo) {
+  unsetenv("COMAP_TEST_REGISTERS");
+  CameraConfig device = config();
+  device.registration = "device";
+  const auto refused = openSource("openni2:comap-test/1", device);
+  EXPECT_EQ(refused.error().code, ErrorCode::kWrongUse);
+  EXPECT_THAT(refused.error().text, HasSubstr("does not register depth into colour"));
+}
+
 TEST_F(OpenNi2Test, IsWaitedForWhenUnplugged) {
   setenv("COMAP_TEST_REPEAT", "1", 1);
   auto source = openSource("openni2:comap-test/1", config());
@@ -242,7 +253,7 @@ TEST_F(OpenNi2Test, TheAgentTracksLiveUntilItIsStopped) {
   setenv("COMAP_TEST_REPEAT", "1", 1);
   folder_->write("robot.yaml", "camera:\n  colour: {width: 320, height: 240}\n  depth: {width: 320, height: 240}\n");
   const std::string command =
-      std::string("LD_LIBRARY_PATH=" COMAP_PRIVATE_OPENNI2 " timeout --preserve-status -s INT 3 " COMAP_BIN_DIR
+      std::string("LD_LIBRARY_PATH=" COMAP_PRIVATE_OPENNI2 " timeout --preserve-status -s INT 10 " COMAP_BIN_DIR
                   "/edge_agent --config ") +
       (*folder_ / "robot.yaml") + " --source openni2: --robot a --offline --outbox " + (*folder_ / "outbox") +
       " --report " + (*folder_ / "report.json") + " 2>" + (*folder_ / "log");

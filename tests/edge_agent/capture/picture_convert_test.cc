@@ -1,3 +1,5 @@
+#include "edge_agent/capture/picture_convert.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -5,7 +7,6 @@
 #include <random>
 
 #include "edge_agent/capture/image_codec.h"
-#include "edge_agent/capture/picture_convert.h"
 
 namespace comap {
 namespace {

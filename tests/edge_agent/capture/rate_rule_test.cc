@@ -1,6 +1,6 @@
-#include <gtest/gtest.h>
-
 #include "edge_agent/capture/rate_rule.h"
+
+#include <gtest/gtest.h>
 
 namespace comap {
 namespace {

@@ -1,7 +1,8 @@
+#include "edge_agent/capture/source_uri.h"
+
 #include <gtest/gtest.h>
 
 #include "edge_agent/capture/image_file.h"
-#include "edge_agent/capture/source_uri.h"
 #include "tests/edge_agent/capture/temporary_folder.h"
 
 namespace comap {

@@ -1,9 +1,10 @@
+#include "edge_agent/capture/tum_source.h"
+
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 
 #include "edge_agent/capture/image_file.h"
-#include "edge_agent/capture/tum_source.h"
 #include "tests/edge_agent/capture/temporary_folder.h"
 
 namespace comap {

@@ -5,7 +5,6 @@
 
 #include "edge_agent/capture/camera_source.h"
 #include "edge_agent/capture/picture_convert.h"
-#include "edge_agent/capture/v4l2_format.h"
 #include "tests/edge_agent/capture/fake_video.h"
 
 namespace comap {

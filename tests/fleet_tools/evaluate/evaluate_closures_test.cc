@@ -1,6 +1,6 @@
-#include <gtest/gtest.h>
-
 #include "fleet_tools/evaluate_closures.h"
+
+#include <gtest/gtest.h>
 
 namespace comap {
 namespace {

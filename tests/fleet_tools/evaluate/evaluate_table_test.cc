@@ -1,8 +1,9 @@
+#include "fleet_tools/evaluate_table.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "fleet_tools/evaluate_table.h"
 #include "tests/edge_agent/capture/temporary_folder.h"
 
 namespace comap {

@@ -1,6 +1,7 @@
+#include "fleet_tools/evaluate.h"
+
 #include <gtest/gtest.h>
 
-#include "fleet_tools/evaluate.h"
 #include "tests/edge_agent/capture/temporary_folder.h"
 
 namespace comap {

@@ -1,6 +1,7 @@
+#include "fleet_tools/metrics_doubles.h"
+
 #include <gtest/gtest.h>
 
-#include "fleet_tools/metrics_doubles.h"
 #include "fleet_tools/metrics_surface.h"
 #include "fleet_tools/surface_seen.h"
 

@@ -1,8 +1,8 @@
+#include "fleet_tools/metrics.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
-
-#include "fleet_tools/metrics.h"
 
 namespace comap {
 namespace {

@@ -1,9 +1,10 @@
+#include "fleet_tools/ply.h"
+
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <cstring>
 
-#include "fleet_tools/ply.h"
 #include "tests/edge_agent/capture/temporary_folder.h"
 
 namespace comap {

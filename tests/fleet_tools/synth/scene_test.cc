@@ -1,9 +1,10 @@
+#include "fleet_tools/scene.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "fleet_tools/scene.h"
 #include "fleet_tools/scene_bvh.h"
 #include "fleet_tools/scene_surface.h"
 #include "fleet_tools/synth_path.h"
@@ -114,7 +115,8 @@ TEST(Scene, theMirroredRoomIsTheRoomMirrored) {
     Eigen::Vector3d place = pose.translation();
     place.x() = 12 - place.x();
     const Eigen::Matrix3d turn = world_flip * pose.rotationMatrix() * camera_flip;
-    const auto view = renderer.render(camera, pose), other = renderer.render(camera, Pose(Eigen::Quaterniond(turn), place));
+    const auto view = renderer.render(camera, pose),
+               other = renderer.render(camera, Pose(Eigen::Quaterniond(turn), place));
     int differing = 0;
     for (int y = 0; y < camera.height; ++y)
       for (int x = 0; x < camera.width; ++x)

@@ -1,8 +1,9 @@
+#include "fleet_tools/synth_noise.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "fleet_tools/synth_noise.h"
 #include "fleet_tools/synth_random.h"
 
 namespace comap {

@@ -1,9 +1,10 @@
+#include "fleet_tools/synth_path.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <map>
 
-#include "fleet_tools/synth_path.h"
 #include "fleet_tools/synth_random.h"
 
 namespace comap {

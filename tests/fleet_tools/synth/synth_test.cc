@@ -1,3 +1,5 @@
+#include "fleet_tools/synth.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,7 +9,6 @@
 #include "edge_agent/capture/tum_source.h"
 #include "fleet_tools/metrics_surface.h"
 #include "fleet_tools/metrics_trajectory.h"
-#include "fleet_tools/synth.h"
 #include "tests/edge_agent/capture/temporary_folder.h"
 
 namespace comap {
