@@ -48,18 +48,15 @@ class Scenes {
   }
 
   // Called ten times a second.
-  Result<void> follow() {
+  void follow() {
     bool changed = false;
     if (store_ && std::chrono::steady_clock::now() - looked_ >= kStoreLook) {
       looked_ = std::chrono::steady_clock::now();
-      const auto read = store_->refresh(feed_);
-      if (!read) return read.error();
-      changed = *read;
+      changed = look();
     }
-    if (!live_) return {};
+    if (!live_) return;
     live_->hear(feed_, kHearing);
     if (changed || ++turns_ % kTurnsPerShow == 0) live_->show(feed_, store_ ? &*store_ : nullptr);
-    return {};
   }
 
   ViewAnswer answer(const std::string& path) const {
@@ -71,10 +68,21 @@ class Scenes {
   const ViewFeed& feed() const { return feed_; }
 
  private:
+  // True if the store has changed. While it cannot be read, what was read before is shown; that is told once.
+  bool look() {
+    const auto read = store_->refresh(feed_);
+    if (!read && readable_)
+      std::fprintf(stderr, "fleet: %s; the page shows what was read before, and it is tried again\n",
+                   read.error().text.c_str());
+    readable_ = read.operator bool();
+    return read && *read;
+  }
+
   ViewFeed feed_;
   std::optional<StoreScene> store_;
   std::optional<LiveScene> live_;
   std::chrono::steady_clock::time_point looked_ = std::chrono::steady_clock::now();
+  bool readable_ = true;
   int turns_ = 0;
 };
 
@@ -95,7 +103,7 @@ int run(const ViewOptions& options) {
   sigaction(SIGTERM, &action, nullptr);
   while (g_stop == 0) {
     (*server)->serve(kTurn);
-    if (const auto followed = scenes.follow(); !followed) return failWith(followed.error());
+    scenes.follow();
   }
   return 0;
 }

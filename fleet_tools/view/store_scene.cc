@@ -34,13 +34,13 @@ std::vector<StoreScene::Stamp> StoreScene::stamps() const {
 Result<bool> StoreScene::refresh(ViewFeed& feed) {
   const auto now = stamps();  // before reading: what comes in between is read next time
   if (now == read_at_) return false;
-  const bool was_complete = complete_;
   if (auto read = readRecords(); !read) return read.error();
   const auto sizes = store_.mapSizes();
   if (!sizes) return sizes.error();
-  if (with_tiles_ && (read_at_.empty() || (complete_ && !was_complete) || !sameSizes(*sizes, sizes_))) {
+  if (with_tiles_ && (read_at_.empty() || (complete_ && !tiles_complete_) || !sameSizes(*sizes, sizes_))) {
     if (auto read = readTiles(feed); !read) return read.error();
     sizes_ = *sizes;
+    tiles_complete_ = complete_;
   }
   read_at_ = now;
   feed.setSection(ViewSection::kRobots, robotsJson(robots_));

@@ -20,7 +20,8 @@ class StoreScene {
   /// from elsewhere.
   static Result<StoreScene> open(const std::string& path, bool with_tiles);
 
-  /// Reads what has changed and puts it into the feed; true if anything had.
+  /// Reads what has changed and puts it into the feed; true if anything had. After an error it may be asked again, and
+  /// reads all that has changed since it last succeeded.
   Result<bool> refresh(ViewFeed& feed);
 
   const std::vector<RobotView>& robots() const { return robots_; }
@@ -43,7 +44,7 @@ class StoreScene {
   MapStore store_;
   bool with_tiles_;
   std::vector<Stamp> read_at_;
-  bool complete_ = false;
+  bool complete_ = false, tiles_complete_ = false;  // as told last; when tiles were read
   std::string version_;
   std::map<MapId, MapStore::MapSize> sizes_;  // of the tiles that were read
   std::vector<RobotView> robots_;
