@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/end_to_end/program.h"
+#include "tests/files/temporary_folder.h"
 
 namespace comap {
 

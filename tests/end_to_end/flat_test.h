@@ -4,11 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include "tests/end_to_end/program.h"
+#include "tests/files/temporary_folder.h"
 
 namespace comap {
 
@@ -23,11 +22,5 @@ class FlatTest : public testing::Test {
   TemporaryFolder folder_;
   std::string flat_;  ///< holds a folder for each of the robots a and b
 };
-
-/// What is in a file; empty if there is none.
-inline std::string contentOf(const std::string& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 }  // namespace comap

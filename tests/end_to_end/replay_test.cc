@@ -2,11 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "tests/end_to_end/program.h"
+#include "tests/files/temporary_folder.h"
 
 namespace comap {
 namespace {
@@ -16,13 +15,6 @@ using Json = nlohmann::json;
 std::string flatDir() {
   const char* dir = std::getenv("COMAP_FLAT_DIR");
   return dir != nullptr ? dir : "";
-}
-
-std::string contentOf(const std::string& path) {
-  std::ifstream file(path);
-  std::ostringstream content;
-  content << file.rdbuf();
-  return content.str();
 }
 
 Json replay(const std::string& link, const std::string& robots, const std::string& out) {

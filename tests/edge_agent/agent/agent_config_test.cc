@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/edge_agent/capture/temporary_folder.h"
+#include "tests/files/temporary_folder.h"
 
 namespace comap {
 namespace {

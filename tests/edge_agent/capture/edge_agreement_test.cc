@@ -5,7 +5,7 @@
 
 #include "edge_agent/capture/capture_commands.h"
 #include "edge_agent/capture/image_file.h"
-#include "tests/edge_agent/capture/temporary_folder.h"
+#include "tests/files/temporary_folder.h"
 #include "tests/scenes/scene.h"
 #include "tests/scenes/scene_noise.h"
 

@@ -2,7 +2,7 @@
 
 #include "edge_agent/capture/image_file.h"
 #include "edge_agent/capture/source_uri.h"
-#include "tests/edge_agent/capture/temporary_folder.h"
+#include "tests/files/temporary_folder.h"
 
 namespace comap {
 namespace {

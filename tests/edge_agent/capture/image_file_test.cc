@@ -4,7 +4,7 @@
 
 #include <cstdlib>
 
-#include "tests/edge_agent/capture/temporary_folder.h"
+#include "tests/files/temporary_folder.h"
 
 namespace comap {
 namespace {

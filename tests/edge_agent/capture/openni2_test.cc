@@ -10,7 +10,7 @@
 #include "edge_agent/capture/source_uri.h"
 #include "edge_agent/capture/tum_writer.h"
 #include "edge_agent/odometry/visual_odometry.h"
-#include "tests/edge_agent/capture/temporary_folder.h"
+#include "tests/files/temporary_folder.h"
 #include "tests/scenes/scene.h"
 
 namespace comap {

@@ -5,7 +5,7 @@
 #include <cstdlib>
 
 #include "edge_agent/capture/image_file.h"
-#include "tests/edge_agent/capture/temporary_folder.h"
+#include "tests/files/temporary_folder.h"
 
 namespace comap {
 namespace {

@@ -2,17 +2,13 @@
 #include "fleet_tools/compare.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
-
-#include <filesystem>
-#include <fstream>
 
 #include "fleet_tools/evaluate_paper.h"
+#include "tests/files/temporary_folder.h"
 
 namespace comap {
 namespace {
 
-namespace fs = std::filesystem;
 using nlohmann::json;
 
 json reportOf(double ate, double joint, double bytes) {
@@ -23,21 +19,6 @@ json reportOf(double ate, double joint, double bytes) {
           {"closures", {{"false_merges_standing", 0}}},
           {"wall_s", 5.0}};
 }
-
-class TemporaryFolder {
- public:
-  TemporaryFolder() : path_(fs::temp_directory_path() / ("comap_compare_" + std::to_string(getpid()))) {
-    fs::create_directories(path_);
-  }
-  ~TemporaryFolder() { fs::remove_all(path_); }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(path_ / name) << text;
-    return (path_ / name).string();
-  }
-
- private:
-  fs::path path_;
-};
 
 TEST(Compare, SaysWhatIsSo) {
   const json said = compareJson({{"a", reportOf(0.01, 0.01, 1e6), reportOf(0.02, 0.02, 2e7)}});

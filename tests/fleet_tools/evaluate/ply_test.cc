@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "tests/edge_agent/capture/temporary_folder.h"
+#include "tests/files/temporary_folder.h"
 
 namespace comap {
 namespace {

@@ -1,20 +1,15 @@
 #include "fleet_tools/glb.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
-
+#include "tests/files/temporary_folder.h"
 #include "tests/fleet_tools/export/glb_reader.h"
 
 namespace comap {
 namespace {
 
-std::string fileFor(const std::string& name) {
-  return (std::filesystem::temp_directory_path() / ("comap_glb_" + std::to_string(getpid()) + name)).string();
-}
-
 TEST(Glb, GivesBackEveryPointAndKeepsTheRulesOfTheFormat) {
+  const TemporaryFolder folder;
   for (const size_t count : {size_t{1}, size_t{2}, size_t{777}}) {
     std::vector<MapPoint> points;
     for (size_t i = 0; i < count; ++i) {
@@ -27,10 +22,9 @@ TEST(Glb, GivesBackEveryPointAndKeepsTheRulesOfTheFormat) {
     }
     const GlbOptions options{Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d(0, -1, 0.1), Eigen::Vector3d::UnitY()),
                              "a-1-0 \xff"};
-    const std::string file = fileFor(std::to_string(count));
+    const std::string file = folder.path(std::to_string(count));
     ASSERT_TRUE(writeGlb(file, points, options));
     const GlbPoints read = readGlb(file);
-    std::filesystem::remove(file);
     ASSERT_EQ(read.problem, "");
     EXPECT_LT(read.rotation.angularDistance(options.rotation), 1e-6);
     ASSERT_EQ(read.positions.size(), count);
@@ -45,8 +39,9 @@ TEST(Glb, GivesBackEveryPointAndKeepsTheRulesOfTheFormat) {
 }
 
 TEST(Glb, RefusesWhatItCannotWrite) {
+  const TemporaryFolder folder;
   const MapPoint point;
-  EXPECT_EQ(writeGlb(fileFor("none"), {}, {}).error().code, ErrorCode::kProblem);
+  EXPECT_EQ(writeGlb(folder.path("none"), {}, {}).error().code, ErrorCode::kProblem);
   EXPECT_EQ(writeGlb("/no/such/folder/map.glb", {&point, 1}, {}).error().code, ErrorCode::kUnreachable);
 }
 

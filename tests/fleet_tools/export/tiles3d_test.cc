@@ -1,7 +1,6 @@
 #include "fleet_tools/tiles3d.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +9,7 @@
 #include <set>
 
 #include "mapping_core/tiles/tile_builder.h"
+#include "tests/files/temporary_folder.h"
 #include "tests/fleet_tools/export/glb_reader.h"
 
 namespace comap {
@@ -45,8 +45,6 @@ std::vector<Eigen::Vector3d> placed(const GlbPoints& glb) {
 class Tiles3d : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("comap_tiles3d_" + std::to_string(getpid()));
-    fs::remove_all(folder_);
     // A floor and a wall, over cubes with negative and positive numbers.
     std::mt19937 random(3);
     std::uniform_real_distribution<float> place(-5.1f, 5.1f);
@@ -62,7 +60,6 @@ class Tiles3d : public testing::Test {
     }
     tiles_ = buildTiles("a-1-0", surfels, TileOptions{});
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   std::vector<Eigen::Vector3d> surfels() const {
     std::vector<Eigen::Vector3d> all;
@@ -105,7 +102,8 @@ class Tiles3d : public testing::Test {
     return finest;
   }
 
-  fs::path folder_;
+  const TemporaryFolder temporary_;
+  const fs::path folder_ = temporary_.path("tiles");
   std::vector<Tile> tiles_;
   std::set<std::string> used_;
 };

@@ -9,7 +9,7 @@
 #include "edge_agent/capture/tum_source.h"
 #include "fleet_tools/metrics_surface.h"
 #include "fleet_tools/metrics_trajectory.h"
-#include "tests/edge_agent/capture/temporary_folder.h"
+#include "tests/files/temporary_folder.h"
 
 namespace comap {
 namespace {

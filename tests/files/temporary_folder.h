@@ -1,7 +1,5 @@
-// A folder of its own for one test case, removed afterwards.
+// A folder of its own for one test case, removed afterwards, and what is in files.
 #pragma once
-
-#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -10,6 +8,12 @@
 #include <string>
 
 namespace comap {
+
+/// What is in a file; empty if there is none.
+inline std::string contentOf(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
 
 class TemporaryFolder {
  public:
@@ -26,16 +30,16 @@ class TemporaryFolder {
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
   const std::string& path() const { return path_; }
-  std::string operator/(const std::string& name) const { return path_ + "/" + name; }
-  void write(const std::string& name, const std::string& content) const {
-    const std::filesystem::path target = *this / name;
+  std::string path(const std::string& name) const { return path_ + "/" + name; }
+  std::string operator/(const std::string& name) const { return path(name); }
+  /// Folders on the way to it are made. Its path.
+  std::string write(const std::string& name, const std::string& content) const {
+    const std::filesystem::path target = path(name);
     std::filesystem::create_directories(target.parent_path());
     std::ofstream(target, std::ios::binary) << content;
+    return target.string();
   }
-  std::string read(const std::string& name) const {
-    std::ifstream file(*this / name, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
+  std::string read(const std::string& name) const { return contentOf(path(name)); }
 
  private:
   std::string path_;
