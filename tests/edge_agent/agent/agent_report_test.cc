@@ -1,11 +1,11 @@
 #include "edge_agent/agent_report.h"
 
 #include <gtest/gtest.h>
-#include <spdlog/fmt/fmt.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
+
+#include "tests/files/temporary_folder.h"
 
 namespace comap {
 namespace {
@@ -14,14 +14,9 @@ namespace fs = std::filesystem;
 
 class AgentReportTest : public testing::Test {
  protected:
-  AgentReportTest() : folder_(fs::temp_directory_path() / fmt::format("agent-report-{}", getpid())) {
-    fs::create_directories(folder_);
-  }
-  ~AgentReportTest() override { fs::remove_all(folder_); }
+  std::string path() const { return folder_.path("a.report.json"); }
 
-  std::string path() const { return (folder_ / "a.report.json").string(); }
-
-  fs::path folder_;
+  const TemporaryFolder folder_;
 };
 
 FrameRecord frameAt(int i) {
@@ -70,7 +65,7 @@ TEST_F(AgentReportTest, FramesWrittenAsTheyCameAreReadBackExactly) {
     EXPECT_LT((found.T_keyframe_cam.inverse() * expected.T_keyframe_cam).translation().norm(), 1e-12);
     EXPECT_LT((found.T_keyframe_cam.inverse() * expected.T_keyframe_cam).angle(), 1e-7);
   }
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1);  // nothing else is left
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path()), {}), 1);  // nothing else is left
 }
 
 TEST_F(AgentReportTest, ARunWithoutFramesIsAReportToo) {
@@ -92,7 +87,7 @@ TEST_F(AgentReportTest, AnUnfinishedReportLeavesWhatWasThere) {
   std::string text;
   std::getline(std::ifstream(path()) >> std::ws, text);
   EXPECT_EQ(text, "old");
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path()), {}), 1);
 }
 
 TEST_F(AgentReportTest, AFullDiskIsToldAtTheEnd) {
@@ -109,7 +104,7 @@ TEST_F(AgentReportTest, AFullDiskIsToldAtTheEnd) {
 }
 
 TEST_F(AgentReportTest, PlacesThatCannotBeWrittenAreRefused) {
-  for (const std::string& place : {std::string("/nonexistent/x.json"), std::string("/dev/null"), folder_.string()}) {
+  for (const std::string& place : {std::string("/nonexistent/x.json"), std::string("/dev/null"), folder_.path()}) {
     const auto file = AgentReportFile::create(place);
     ASSERT_FALSE(file) << place;
     EXPECT_EQ(file.error().code, ErrorCode::kUnreachable);

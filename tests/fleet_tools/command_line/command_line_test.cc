@@ -2,22 +2,19 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <array>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <set>
 #include <sstream>
 
 #include "fleet_tools/command_description.h"
 #include "fleet_tools/fleet_app.h"
+#include "tests/files/temporary_folder.h"
 
 namespace comap {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::Contains;
 using testing::HasSubstr;
 using testing::IsSupersetOf;
@@ -25,15 +22,6 @@ using testing::Not;
 
 class CommandLine : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("comap_command_line_" + std::to_string(getpid()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  std::string file(const std::string& name, const std::string& content) {
-    std::ofstream(folder_ / name) << content;
-    return (folder_ / name).string();
-  }
   // What a command prints, and its exit code.
   static std::pair<int, std::string> shell(const std::string& command) {
     FILE* pipe = popen((command + " 2>&1").c_str(), "r");
@@ -45,7 +33,7 @@ class CommandLine : public testing::Test {
   }
   // What bash offers for the last of these words.
   std::set<std::string> offered(const std::string& words) {
-    const std::string script = file("completion.bash", bashCompletion(*app_));
+    const std::string script = folder_.write("completion.bash", bashCompletion(*app_));
     const auto [code, out] = shell("bash -c 'source " + script + "; COMP_WORDS=(" + words +
                                    "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _fleet; printf \"%s\\n\" "
                                    "\"${COMPREPLY[@]}\"'");
@@ -58,7 +46,7 @@ class CommandLine : public testing::Test {
 
   int exit_code_ = 0;
   std::unique_ptr<CLI::App> app_ = makeFleetApp(exit_code_);
-  fs::path folder_;
+  const TemporaryFolder folder_;
 };
 
 TEST_F(CommandLine, EveryVerbSaysWhatItDoesAndGivesAnExample) {
@@ -86,8 +74,8 @@ TEST_F(CommandLine, BashCompletesVerbsOptionsAndValues) {
   EXPECT_EQ(offered("fleet export map.comap --form"), std::set<std::string>{"--format"});
   EXPECT_EQ(offered("fleet export map.comap --format \"\""), (std::set<std::string>{"glb", "ply", "tiles3d", "tum"}));
   EXPECT_EQ(offered("fleet export map.comap --format g"), std::set<std::string>{"glb"});
-  file("my.comap", "");
-  EXPECT_THAT(offered("fleet info " + (folder_ / "my").string()), Contains((folder_ / "my.comap").string()));
+  folder_.write("my.comap", "");
+  EXPECT_THAT(offered("fleet info " + folder_.path("my")), Contains(folder_.path("my.comap")));
   const CLI::App* keys = app_->get_subcommand("keys");
   ASSERT_FALSE(keys->get_subcommands({}).empty());
   const CLI::App* below = keys->get_subcommands({}).front();
@@ -100,7 +88,7 @@ TEST_F(CommandLine, TheZshScriptNamesEveryVerbAndParses) {
   EXPECT_TRUE(script.starts_with("#compdef fleet\n"));
   for (const auto& [path, verb] : verbsOf(*app_)) EXPECT_THAT(script, HasSubstr(verb->get_name() + ":")) << path;
   if (shell("command -v zsh").first != 0) GTEST_SKIP() << "no zsh here to parse it";
-  const auto [code, out] = shell("zsh -n " + file("_fleet", script));
+  const auto [code, out] = shell("zsh -n " + folder_.write("_fleet", script));
   EXPECT_EQ(code, 0) << out;
 }
 

@@ -1,6 +1,5 @@
 // info, matches, merges and export, as called from the command line.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
@@ -13,6 +12,7 @@
 #include "fleet_tools/verb.h"
 #include "mapping_core/store/map_store.h"
 #include "mapping_core/tiles/tile_builder.h"
+#include "tests/files/temporary_folder.h"
 
 namespace comap {
 namespace {
@@ -26,14 +26,6 @@ struct Outcome {
 
 class StoreVerbs : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "comap_verbs_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-    store_ = (folder_ / "map.comap").string();
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   static KeyframeId idOf(const std::string& robot, uint32_t sequence) { return {robot, 5, sequence}; }
 
   // Two robots of three keyframes; `maps` 1: merged, 2: one map each.
@@ -102,8 +94,9 @@ class StoreVerbs : public ::testing::Test {
     return names;
   }
 
-  fs::path folder_;
-  std::string store_;
+  const TemporaryFolder temporary_;
+  const fs::path folder_ = temporary_.path();
+  const std::string store_ = (folder_ / "map.comap").string();
 };
 
 TEST_F(StoreVerbs, infoTellsWhatIsThere) {

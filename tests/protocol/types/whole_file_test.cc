@@ -4,25 +4,19 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
+
+#include "tests/files/temporary_folder.h"
 
 namespace comap {
 namespace {
 
-std::string contentOf(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return std::string((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-}
-
 TEST(WholeFile, ReplacesWhatWasThere) {
-  const auto folder = std::filesystem::temp_directory_path() / std::to_string(getpid());
-  std::filesystem::create_directories(folder);
-  const std::string path = (folder / "note").string();
+  const TemporaryFolder folder;
+  const std::string path = folder.path("note");
   ASSERT_TRUE(writeWholeFile(path, "first and long"));
   ASSERT_TRUE(writeWholeFile(path, std::string_view("a\0b", 3)));
   EXPECT_EQ(contentOf(path), std::string("a\0b", 3));
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);  // no temporary is left
-  std::filesystem::remove_all(folder);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);  // no temporary is left
 }
 
 TEST(WholeFile, SaysWhatItCouldNotWrite) {
@@ -45,7 +39,8 @@ TEST(WholeFile, ChecksTheFolderBeforehand) {
 
 TEST(WholeFile, AFullDiskLeavesNothing) {
   if (access("/dev/full", W_OK) != 0) GTEST_SKIP() << "no /dev/full on this system";
-  const std::string path = (std::filesystem::temp_directory_path() / std::to_string(getpid())).string();
+  const TemporaryFolder folder;
+  const std::string path = folder.path("note");
   std::filesystem::create_symlink("/dev/full", path + ".part");
   EXPECT_FALSE(writeWholeFile(path, std::string(100000, 'x')));
   EXPECT_FALSE(std::filesystem::exists(path));
