@@ -14,6 +14,7 @@
 #include "mapping_core/service/ros2_map.h"
 #include "mapping_core/store/store_lock.h"
 #include "protocol/link/dds_link.h"
+#include "protocol/program/service_arguments.h"
 #include "protocol/types/whole_file.h"
 
 namespace comap {
@@ -21,10 +22,9 @@ namespace {
 
 volatile sig_atomic_t g_stop = 0;
 
-struct Arguments {
-  std::string config, store, device, site, interface_address, keys, report, log_format, trace, status_address;
-  int domain = -1, status_port = -1;
-  bool insecure = false, list_devices = false, print_config = false, check_config = false, health = false, ros2 = false;
+struct Arguments : ServiceArguments {
+  std::string store, device;
+  bool list_devices = false;
 };
 
 int failWith(const Error& error, const Log& log = Log(LogFormat::kText, "mapping_core")) {
@@ -50,20 +50,9 @@ Result<CoreConfig> configure(const Arguments& arguments) {
   }
   if (!arguments.store.empty()) config.store = arguments.store;
   if (!arguments.device.empty()) config.device = arguments.device;
-  if (!arguments.site.empty()) config.link.site = arguments.site;
-  if (!arguments.interface_address.empty()) config.link.interface_address = arguments.interface_address;
-  if (arguments.domain >= 0) config.link.domain = arguments.domain;
-  if (!arguments.keys.empty()) config.link.keys = arguments.keys;
-  config.link.insecure = config.link.insecure || arguments.insecure;
-  if (arguments.status_port >= 0) config.telemetry.status_port = arguments.status_port;
-  if (!arguments.log_format.empty()) config.telemetry.log_format = arguments.log_format;
-  if (!arguments.status_address.empty()) config.telemetry.status_address = arguments.status_address;
-  config.telemetry.trace = arguments.trace;
-  config.ros2.enabled = config.ros2.enabled || arguments.ros2;
-  if (config.ros2.enabled)
-    if (auto checked = ros2::checkRos2Options(config.ros2, config.link.domain); !checked) return checked.error();
   config.link.role = LinkRole::kCore;
-  config.link.notice = [log = makeLog(config.telemetry, "mapping_core")](const std::string& line) { log.info(line); };
+  if (auto applied = apply(arguments, "mapping_core", "", config.link, config.telemetry, config.ros2); !applied)
+    return applied.error();
   return config;
 }
 
@@ -160,26 +149,11 @@ int main(int argc, char** argv) {
       "Example: mapping_core --store flat.comap --device llvmpipe\n"
       "It maps until it gets SIGINT or SIGTERM, then completes the store and ends.\n"
       "Exit codes: 0 ok, 1 problem found, 2 wrong use, 3 cannot reach or read.");
-  app.add_option("--config", arguments.config, "YAML file; --print-config shows all keys");
+  comap::addServiceOptions(app, arguments, "Site whose robots are served",
+                           "Publish the map for ROS 2 programs: /fleet/map");
   app.add_option("--store", arguments.store, "File of the map store, made if it is not there");
   app.add_option("--device", arguments.device, "Vulkan device: auto, llvmpipe or a number of --list-devices");
-  app.add_option("--core-site", arguments.site, "Site whose robots are served");
-  app.add_option("--domain", arguments.domain, "DDS domain")->check(CLI::Range(0, 230));
-  app.add_option("--interface", arguments.interface_address, "Network interface to use: its IPv4 address, or its name");
-  app.add_option("--keys", arguments.keys, "Folder of this program's keys, made by fleet keys: messages are encrypted");
-  app.add_flag("--insecure", arguments.insecure, "Allow clear text on an interface other than loopback");
-  app.add_option("--report", arguments.report, "Write what was done to this JSON file at the end");
-  app.add_option("--status-port", arguments.status_port, "Port of /metrics, /healthz and /readyz; 0: none")
-      ->check(CLI::Range(0, 65535));
-  app.add_option("--status-address", arguments.status_address, "Address where it listens; 127.0.0.1 unless told");
-  app.add_flag("--health", arguments.health, "Ask the status page of the one that runs whether it is well, and stop");
-  app.add_option("--log-format", arguments.log_format, "Lines on stderr as text or json")
-      ->check(CLI::IsMember({"text", "json"}));
-  app.add_option("--trace", arguments.trace, "Write when each stage of the work ran to this file, for ui.perfetto.dev");
-  app.add_flag("--ros2", arguments.ros2, "Publish the map for ROS 2 programs: /fleet/map; see ros2 in --print-config");
   app.add_flag("--list-devices", arguments.list_devices, "Print the Vulkan devices, usable or why not, and stop");
-  app.add_flag("--print-config", arguments.print_config, "Print the configuration in force and stop");
-  app.add_flag("--check-config", arguments.check_config, "Check the configuration and stop");
   app.set_version_flag("--version", "mapping_core " COMAP_VERSION);
   try {
     app.parse(argc, argv);

@@ -1,0 +1,117 @@
+#include "edge_agent/agent_run.h"
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+namespace comap {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+Result<void> awaitCore(const Link& link, const AgentConfig& config, const RunOptions& options) {
+  const auto deadline = Clock::now() + seconds(options.patience_s);
+  while (link.peers() == 0 && !options.stopped()) {
+    if (Clock::now() > deadline)
+      return Error{ErrorCode::kUnreachable,
+                   "no mapping core answers in site '" + config.link.site + "', DDS domain " +
+                       std::to_string(config.link.domain) + " on " + config.link.interface_address + " after " +
+                       std::to_string(options.patience_s) + " s: is it running, with the same site and domain?"};
+    options.tell();
+    std::this_thread::sleep_for(milliseconds(20));
+  }
+  return {};
+}
+
+Error silentCore(const Agent& agent, const RunOptions& options) {
+  return {ErrorCode::kUnreachable, "the core has been silent for " + std::to_string(options.patience_s) + " s; " +
+                                       whatWaits(agent, options.outbox)};
+}
+
+// While frames come. Recorded sources play as fast as the core keeps up, or at their own speed; a camera has its own.
+Result<void> drive(Agent& agent, const RunOptions& options) {
+  const bool realtime = options.realtime && !options.live,
+             in_time = options.realtime || options.live || options.offline;
+  const auto start = Clock::now();
+  auto last_progress = start;
+  uint32_t frames = 0;
+  uint32_t unacknowledged = 0;
+  while (!options.stopped()) {
+    options.tell();
+    const auto taken = agent.takeFrame();
+    if (!taken) return taken.error();
+    if (*taken == Agent::Progress::kEnded) return {};
+    if (auto exchanged = agent.exchange(milliseconds(*taken == Agent::Progress::kWaiting ? 20 : 0)); !exchanged)
+      return exchanged;
+    if (*taken == Agent::Progress::kFrame || agent.unacknowledged() != unacknowledged) last_progress = Clock::now();
+    unacknowledged = agent.unacknowledged();
+    if (!in_time && Clock::now() - last_progress > seconds(options.patience_s)) return silentCore(agent, options);
+    const AgentStatistics& taken_so_far = agent.statistics();
+    if (!realtime || taken_so_far.frames == frames) continue;
+    frames = taken_so_far.frames;
+    const auto due = start + std::chrono::nanoseconds(taken_so_far.last_stamp_ns - taken_so_far.first_stamp_ns);
+    while (Clock::now() < due && !options.stopped()) {
+      options.tell();
+      const auto left = std::chrono::duration_cast<milliseconds>(due - Clock::now()) + milliseconds(1);
+      if (auto exchanged = agent.exchange(std::min(left, milliseconds(1000))); !exchanged) return exchanged;
+    }
+  }
+  return agent.closeKeyframe();
+}
+
+// After the last frame: until the core has all keyframes in its map and no more tiles come.
+Result<void> settle(Agent& agent, const RunOptions& options) {
+  constexpr milliseconds kInterestPeriod(500), kQuiet(2500);
+  auto last_progress = Clock::now(), last_news = Clock::now(), last_interest = Clock::now() - kInterestPeriod;
+  uint32_t unacknowledged = agent.unacknowledged();
+  uint32_t mapped = agent.mappedBelow();
+  uint64_t tiles = agent.statistics().tiles_received;
+  while (!options.stopped()) {
+    options.tell();
+    const auto now = Clock::now();
+    if (now - last_interest >= kInterestPeriod) {
+      agent.sendInterest();
+      agent.sendStatus(agent.allAcknowledged());
+      last_interest = now;
+    }
+    if (auto exchanged = agent.exchange(milliseconds(50)); !exchanged) return exchanged;
+    if (agent.unacknowledged() != unacknowledged || agent.mappedBelow() != mapped) {
+      unacknowledged = agent.unacknowledged();
+      mapped = agent.mappedBelow();
+      last_progress = last_news = Clock::now();
+    }
+    if (agent.statistics().tiles_received != tiles) {
+      tiles = agent.statistics().tiles_received;
+      last_news = Clock::now();
+    }
+    if (agent.allAcknowledged() && agent.allMapped() && Clock::now() - last_news > kQuiet) return {};
+    if (Clock::now() - last_progress > seconds(options.patience_s)) {
+      if (agent.allAcknowledged()) return {};
+      return silentCore(agent, options);
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string whatWaits(const Agent& agent, const std::string& outbox) {
+  const std::string count = std::to_string(agent.unacknowledged()) + " keyframes";
+  if (outbox.empty()) return count + " are not acknowledged by the core: they are lost";
+  std::string text = count + " wait in " + outbox + " and are sent by the next start";
+  if (agent.onlyInMemory() > 0)
+    text += ", except " + std::to_string(agent.onlyInMemory()) + " that could not be written there: they are lost";
+  return text;
+}
+
+Result<void> runAgent(Agent& agent, const Link& link, const AgentConfig& config, const RunOptions& options) {
+  if (auto greeted = agent.hello(); !greeted) return greeted;
+  if (!options.realtime && !options.live && !options.offline)
+    if (auto found = awaitCore(link, config, options); !found) return found;
+  if (auto driven = drive(agent, options); !driven) return driven;
+  return options.offline ? Result<void>() : settle(agent, options);
+}
+
+}  // namespace comap

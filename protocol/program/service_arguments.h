@@ -1,0 +1,28 @@
+// What both programs that run as services, core and agent, take on their command lines.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "protocol/link/dds_link.h"
+#include "protocol/ros2/ros2_node.h"
+#include "protocol/telemetry/telemetry.h"
+
+namespace comap {
+
+struct ServiceArguments {
+  std::string config, site, interface_address, keys, report, status_address, log_format, trace;
+  int domain = -1, status_port = -1;  // -1: not given
+  bool insecure = false, health = false, ros2 = false, print_config = false, check_config = false;
+};
+
+/// Adds the options that fill `arguments`, which must live until `app` has parsed. `site` and `ros2` say in the help
+/// what these mean for the program.
+void addServiceOptions(CLI::App& app, ServiceArguments& arguments, const std::string& site, const std::string& ros2);
+
+/// What was given goes before what the configuration says; notices of the link go to the log that `telemetry` asks for,
+/// after `prefix`. Errors are those of checkRos2Options, if ROS 2 is enabled.
+Result<void> apply(const ServiceArguments& arguments, const std::string& program, const std::string& prefix,
+                   DdsLinkOptions& link, TelemetryOptions& telemetry, ros2::Ros2Options& ros2);
+
+}  // namespace comap
