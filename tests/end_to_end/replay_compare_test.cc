@@ -32,7 +32,6 @@ TEST_F(Compare, BothModesAreRunAndMeasured) {
   }
   const std::string page = contentOf(out + "/compare.html");
   EXPECT_NE(page.find("<polyline"), std::string::npos) << "times of the rounds are drawn from frames.csv";
-  EXPECT_NE(page.find("graph mode: map"), std::string::npos);
 }
 
 TEST_F(Compare, ARunOfThePaperModeIsNotOverwrittenUnasked) {
