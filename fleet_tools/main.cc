@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <exception>
 
-#include "fleet_tools/fleet_app.h"
+#include "fleet_tools/command_line/fleet_app.h"
 
 int main(int argc, char** argv) {
   int exit_code = 0;

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "fleet_tools/record_json.h"
+#include "fleet_tools/store/record_json.h"
 #include "protocol/codec/codec.h"
 
 namespace comap {

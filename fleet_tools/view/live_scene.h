@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "fleet_tools/site_watch.h"
 #include "fleet_tools/view/scene_json.h"
 #include "fleet_tools/view/store_scene.h"
 #include "fleet_tools/view/view_feed.h"
+#include "fleet_tools/watch/site_watch.h"
 #include "protocol/link/link.h"
 
 namespace comap {

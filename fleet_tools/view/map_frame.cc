@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "fleet_tools/surfel_renderer.h"
+#include "fleet_tools/render/surfel_renderer.h"
 #include "mapping_core/tiles/tile_builder.h"
 
 namespace comap {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "fleet_tools/record_json.h"
-#include "fleet_tools/surfel_renderer.h"
+#include "fleet_tools/render/surfel_renderer.h"
+#include "fleet_tools/store/record_json.h"
 
 namespace comap {
 namespace {

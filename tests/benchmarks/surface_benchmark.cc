@@ -4,10 +4,10 @@
 #include <thread>
 
 #include "edge_agent/capture/source_uri.h"
-#include "fleet_tools/metrics_doubles.h"
-#include "fleet_tools/metrics_surface.h"
-#include "fleet_tools/metrics_trajectory.h"
-#include "fleet_tools/surface_seen.h"
+#include "fleet_tools/evaluate/metrics_doubles.h"
+#include "fleet_tools/evaluate/metrics_surface.h"
+#include "fleet_tools/evaluate/metrics_trajectory.h"
+#include "fleet_tools/evaluate/surface_seen.h"
 #include "mapping_core/surfels/surfel_map.h"
 
 namespace comap {

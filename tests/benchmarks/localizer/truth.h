@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "fleet_tools/metrics_trajectory.h"
+#include "fleet_tools/evaluate/metrics_trajectory.h"
 
 namespace comap {
 

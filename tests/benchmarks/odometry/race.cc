@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "edge_agent/capture/source_uri.h"
-#include "fleet_tools/metrics.h"
+#include "fleet_tools/evaluate/metrics.h"
 
 namespace comap {
 namespace {

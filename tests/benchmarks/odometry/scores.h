@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "fleet_tools/metrics_trajectory.h"
+#include "fleet_tools/evaluate/metrics_trajectory.h"
 
 namespace comap {
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "fleet_tools/text_table.h"
+#include "fleet_tools/command_line/text_table.h"
 #include "protocol/types/whole_file.h"
 #include "tests/benchmarks/odometry/peers.h"
 

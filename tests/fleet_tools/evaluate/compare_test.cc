@@ -1,9 +1,9 @@
 // Two modes side by side, and merges of the paper mode against the truth.
-#include "fleet_tools/compare.h"
+#include "fleet_tools/evaluate/compare.h"
 
 #include <gtest/gtest.h>
 
-#include "fleet_tools/evaluate_paper.h"
+#include "fleet_tools/evaluate/evaluate_paper.h"
 #include "tests/files/temporary_folder.h"
 
 namespace comap {

@@ -1,4 +1,4 @@
-#include "fleet_tools/evaluate_closures.h"
+#include "fleet_tools/evaluate/evaluate_closures.h"
 
 #include <gtest/gtest.h>
 

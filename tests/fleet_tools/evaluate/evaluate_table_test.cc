@@ -1,4 +1,4 @@
-#include "fleet_tools/evaluate_table.h"
+#include "fleet_tools/evaluate/evaluate_table.h"
 
 #include <gtest/gtest.h>
 

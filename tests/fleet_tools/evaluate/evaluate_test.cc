@@ -1,4 +1,4 @@
-#include "fleet_tools/evaluate.h"
+#include "fleet_tools/evaluate/evaluate.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
-#include "fleet_tools/metrics_doubles.h"
+#include "fleet_tools/evaluate/metrics_doubles.h"
 
 #include <gtest/gtest.h>
 
-#include "fleet_tools/metrics_surface.h"
-#include "fleet_tools/surface_seen.h"
+#include "fleet_tools/evaluate/metrics_surface.h"
+#include "fleet_tools/evaluate/surface_seen.h"
 
 namespace comap {
 namespace {

@@ -1,4 +1,4 @@
-#include "fleet_tools/metrics_surface.h"
+#include "fleet_tools/evaluate/metrics_surface.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "fleet_tools/metrics.h"
+#include "fleet_tools/evaluate/metrics.h"
 
 #include <gtest/gtest.h>
 

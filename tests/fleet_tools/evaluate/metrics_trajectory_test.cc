@@ -1,4 +1,4 @@
-#include "fleet_tools/metrics_trajectory.h"
+#include "fleet_tools/evaluate/metrics_trajectory.h"
 
 #include <gtest/gtest.h>
 

@@ -27,7 +27,8 @@ std::vector<T> column(const GlbPoints& glb, const std::string& binary, const cha
   if (view.at("byteLength").get<size_t>() != count * sizeof(T) || offset % 4 != 0) problem = "length of the view";
   if (offset + count * sizeof(T) > binary.size()) problem = "view beyond the buffer";
   std::vector<T> values(count);
-  if (problem.empty() && count > 0) std::memcpy(static_cast<void*>(values.data()), binary.data() + offset, count * sizeof(T));
+  if (problem.empty() && count > 0)
+    std::memcpy(static_cast<void*>(values.data()), binary.data() + offset, count * sizeof(T));
   return values;
 }
 

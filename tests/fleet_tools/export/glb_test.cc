@@ -1,4 +1,4 @@
-#include "fleet_tools/glb.h"
+#include "fleet_tools/export/glb.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "fleet_tools/tiles3d.h"
+#include "fleet_tools/export/tiles3d.h"
 
 #include <gtest/gtest.h>
 

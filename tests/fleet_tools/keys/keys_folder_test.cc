@@ -1,5 +1,5 @@
 // The folder of a site's keys: what is made, what is never made over, and what revoking leaves.
-#include "fleet_tools/keys_folder.h"
+#include "fleet_tools/keys/keys_folder.h"
 
 #include <gmock/gmock.h>
 #include <sys/stat.h>

@@ -1,5 +1,5 @@
 // What a run of the paper mode writes of its frames is what the comparison reads.
-#include "fleet_tools/frames_csv.h"
+#include "fleet_tools/replay/frames_csv.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-#include "fleet_tools/run_folder.h"
+#include "fleet_tools/replay/run_folder.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-#include "fleet_tools/run_trajectory.h"
+#include "fleet_tools/replay/run_trajectory.h"
 
 #include <gtest/gtest.h>
 #include <spdlog/fmt/fmt.h>

@@ -1,4 +1,4 @@
-#include "fleet_tools/report_page.h"
+#include "fleet_tools/report/report_page.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <regex>
 #include <set>
 
-#include "fleet_tools/html.h"
+#include "fleet_tools/report/html.h"
 
 namespace comap {
 namespace {

@@ -1,14 +1,14 @@
-#include "fleet_tools/scene.h"
+#include "fleet_tools/synth/scene.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "fleet_tools/scene_bvh.h"
-#include "fleet_tools/scene_surface.h"
-#include "fleet_tools/synth_path.h"
-#include "fleet_tools/synth_renderer.h"
+#include "fleet_tools/synth/scene_bvh.h"
+#include "fleet_tools/synth/scene_surface.h"
+#include "fleet_tools/synth/synth_path.h"
+#include "fleet_tools/synth/synth_renderer.h"
 
 namespace comap {
 namespace {

@@ -1,10 +1,10 @@
-#include "fleet_tools/synth_noise.h"
+#include "fleet_tools/synth/synth_noise.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "fleet_tools/synth_random.h"
+#include "fleet_tools/synth/synth_random.h"
 
 namespace comap {
 namespace {

@@ -1,11 +1,11 @@
-#include "fleet_tools/synth_path.h"
+#include "fleet_tools/synth/synth_path.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <map>
 
-#include "fleet_tools/synth_random.h"
+#include "fleet_tools/synth/synth_random.h"
 
 namespace comap {
 namespace {

@@ -1,4 +1,4 @@
-#include "fleet_tools/synth.h"
+#include "fleet_tools/synth/synth.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <map>
 
 #include "edge_agent/capture/tum_source.h"
-#include "fleet_tools/metrics_surface.h"
-#include "fleet_tools/metrics_trajectory.h"
+#include "fleet_tools/evaluate/metrics_surface.h"
+#include "fleet_tools/evaluate/metrics_trajectory.h"
 #include "tests/files/temporary_folder.h"
 
 namespace comap {

@@ -1,9 +1,9 @@
-#include "fleet_tools/site_watch.h"
+#include "fleet_tools/watch/site_watch.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fleet_tools/watch_screen.h"
+#include "fleet_tools/watch/watch_screen.h"
 #include "protocol/codec/codec.h"
 
 namespace comap {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fleet_tools/metrics_doubles.h"
-#include "fleet_tools/metrics_surface.h"
+#include "fleet_tools/evaluate/metrics_doubles.h"
+#include "fleet_tools/evaluate/metrics_surface.h"
 #include "mapping_core/service/map_surfels.h"
 #include "tests/mapping_core/gpu/test_device.h"
 #include "tests/scenes/scene.h"

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <string>
 
-#include "fleet_tools/keys_folder.h"
+#include "fleet_tools/keys/keys_folder.h"
 
 namespace comap {
 

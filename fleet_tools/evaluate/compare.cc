@@ -1,0 +1,151 @@
+#include "fleet_tools/evaluate/compare.h"
+
+#include <algorithm>
+
+#include "fleet_tools/command_line/text_table.h"
+
+namespace comap {
+namespace {
+
+using nlohmann::json;
+
+const json* at(const json& from, std::initializer_list<const char*> path) {
+  const json* here = &from;
+  for (const char* key : path) {
+    if (!here->is_object() || !here->contains(key)) return nullptr;
+    here = &(*here)[key];
+  }
+  return here;
+}
+
+json number(const json& from, std::initializer_list<const char*> path) {
+  const json* found = at(from, path);
+  return found && found->is_number() ? *found : json(nullptr);
+}
+
+// What both modes tell of a run.
+json numbersOf(const json& report) {
+  json numbers;
+  double frames = 0, bytes = 0;
+  numbers["ate_rmse_m"] = json::object();
+  if (const json* robots = at(report, {"robots"}); robots && robots->is_object()) {
+    for (const auto& [name, robot] : robots->items()) {
+      numbers["ate_rmse_m"][name] = number(robot, {"ate_rmse_m"});
+      frames += robot.value("frames", 0.0);
+      bytes += robot.value("uplink_bytes", 0.0);
+    }
+  }
+  const auto count = [&](const char* key) {
+    const json* list = at(report, {key});
+    return list && list->is_array() ? json(list->size()) : json(nullptr);
+  };
+  numbers["joint_ate_rmse_m"] = number(report, {"joint_ate_rmse_m"});
+  numbers["surface_mean_m"] = number(report, {"surface", "accuracy_mean_m"});
+  numbers["completeness_2cm"] = number(report, {"surface", "completeness_2cm"});
+  numbers["double_surface"] = number(report, {"double_surface"});
+  numbers["maps"] = count("maps");
+  numbers["merges"] = count("merges");
+  numbers["false_merges"] = number(report, {"closures", "false_merges_standing"});
+  numbers["frames"] = frames;
+  numbers["uplink_bytes"] = bytes;
+  numbers["uplink_bytes_per_frame"] = frames > 0 ? json(bytes / frames) : json(nullptr);
+  const json wall = number(report, {"wall_s"});
+  numbers["wall_ms_per_frame"] =
+      frames > 0 && wall.is_number() ? json(1000 * wall.get<double>() / frames) : json(nullptr);
+  numbers["core_frame_ms"] = at(report, {"core", "frame_ms"}) ? *at(report, {"core", "frame_ms"}) : json(nullptr);
+  numbers["core_keyframe_ms"] =
+      at(report, {"core", "keyframe_ms"}) ? *at(report, {"core", "keyframe_ms"}) : json(nullptr);
+  return numbers;
+}
+
+std::string cell(const json& value, double scale, int decimals) {
+  return value.is_number() ? fixed(scale * value.get<double>(), decimals) : "-";
+}
+
+struct Said {
+  bool accurate = true;
+  std::vector<std::string> words;
+};
+
+// `graph` may not be larger than `paper`; a tenth of a millimetre is no difference.
+void compareOne(const std::string& what, const json& graph, const json& paper, double tolerance, Said& said) {
+  if (!paper.is_number()) return;
+  if (!graph.is_number()) {
+    said.accurate = false;
+    said.words.push_back(what + ": the graph mode has none, the paper mode " + paper.dump());
+    return;
+  }
+  if (graph.get<double>() <= paper.get<double>() + tolerance) return;
+  said.accurate = false;
+  said.words.push_back(what + ": graph mode " + fixed(graph.get<double>(), 4) + ", paper mode " +
+                       fixed(paper.get<double>(), 4));
+}
+
+}  // namespace
+
+json compareJson(const std::vector<ComparedInput>& inputs) {
+  json comparison = {{"inputs", json::array()}, {"not_so", json::array()}};
+  bool accurate = true, known = false, tenth = true;
+  for (const ComparedInput& input : inputs) {
+    const json graph = numbersOf(input.graph), paper = numbersOf(input.paper);
+    Said said;
+    constexpr double kSame_m = 1e-4;
+    for (const auto& [robot, ate] : paper["ate_rmse_m"].items())
+      compareOne(input.name + ", ATE of " + robot + " (m)", graph["ate_rmse_m"].value(robot, json()), ate, kSame_m,
+                 said);
+    compareOne(input.name + ", surface (m)", graph["surface_mean_m"], paper["surface_mean_m"], kSame_m, said);
+    // Maps that only a wrong match has put together are no merit, and an error across them no standard.
+    const auto falseMerges = [](const json& numbers) {
+      return numbers["false_merges"].is_number() ? numbers["false_merges"].get<double>() : 0.0;
+    };
+    if (falseMerges(paper) <= falseMerges(graph)) {
+      compareOne(input.name + ", joint ATE (m)", graph["joint_ate_rmse_m"], paper["joint_ate_rmse_m"], kSame_m, said);
+      compareOne(input.name + ", maps", graph["maps"], paper["maps"], 0, said);
+    }
+    compareOne(input.name + ", false merges", graph["false_merges"], paper["false_merges"], 0, said);
+    const double share = graph["uplink_bytes"].get<double>() / std::max(1.0, paper["uplink_bytes"].get<double>());
+    if (share > 0.1) {
+      tenth = false;
+      said.words.push_back(input.name + ", bytes sent: the graph mode sends " + fixed(100 * share, 1) +
+                           " % of what the paper mode sends, not a tenth");
+    }
+    accurate = accurate && said.accurate;
+    for (const json* mode : {&graph, &paper})
+      for (const auto& [robot, ate] : (*mode)["ate_rmse_m"].items()) known = known || ate.is_number();
+    comparison["inputs"].push_back({{"name", input.name}, {"graph", graph}, {"paper", paper}, {"bytes_share", share}});
+    for (const std::string& word : said.words) comparison["not_so"].push_back(word);
+  }
+  comparison["at_least_as_accurate"] = known ? json(accurate) : json(nullptr);
+  comparison["a_tenth_of_the_bytes"] = tenth;
+  return comparison;
+}
+
+std::string compareText(const json& comparison) {
+  TextTable table({"input", "mode", "ATE own (m)", "ATE joint", "surface", "doubles %", "maps", "merges", "false",
+                   "MB sent", "kB/frame", "ms/frame"});
+  for (const json& input : comparison.at("inputs"))
+    for (const char* mode : {"graph", "paper"}) {
+      const json& n = input.at(mode);
+      std::string own;
+      for (const auto& [robot, ate] : n.at("ate_rmse_m").items())
+        own += (own.empty() ? "" : " ") + robot + ":" + cell(ate, 1, 4);
+      table.add({printable(input.at("name").get<std::string>()), mode, printable(own),
+                 cell(n["joint_ate_rmse_m"], 1, 4), cell(n["surface_mean_m"], 1, 4), cell(n["double_surface"], 100, 2),
+                 cell(n["maps"], 1, 0), cell(n["merges"], 1, 0), cell(n["false_merges"], 1, 0),
+                 cell(n["uplink_bytes"], 1e-6, 1), cell(n["uplink_bytes_per_frame"], 1e-3, 1),
+                 cell(n["wall_ms_per_frame"], 1, 0)});
+    }
+  std::string text = table.text();
+  const json& accurate = comparison.at("at_least_as_accurate");
+  text += "graph mode at least as accurate in each row: " +
+          std::string(accurate.is_null()     ? "not known, there is no truth"
+                      : accurate.get<bool>() ? "yes"
+                                             : "no") +
+          "\n";
+  text += "graph mode sends at most a tenth of the bytes: " +
+          std::string(comparison.at("a_tenth_of_the_bytes").get<bool>() ? "yes" : "no") + "\n";
+  for (const json& word : comparison.at("not_so")) text += "  " + printable(word.get<std::string>()) + "\n";
+  return text;
+}
+
+}  // namespace comap

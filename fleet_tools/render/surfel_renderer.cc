@@ -1,0 +1,127 @@
+#include "fleet_tools/render/surfel_renderer.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+
+namespace comap {
+namespace {
+
+constexpr size_t kMostPixels = 1u << 23;  // of one prediction
+constexpr float kEnlarged = 1.25f;        // discs, to close the last pinholes
+
+constexpr std::array<Rgb, 8> kRobotColours = {Rgb{230, 85, 60},   Rgb{55, 125, 200}, Rgb{75, 170, 85},
+                                              Rgb{240, 180, 40},  Rgb{150, 90, 180}, Rgb{60, 180, 180},
+                                              Rgb{235, 120, 170}, Rgb{140, 100, 70}};
+
+Eigen::Vector3f toVector(Rgb c) { return {static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b)}; }
+
+Rgb toRgb(const Eigen::Vector3f& v) {
+  const auto channel = [](float x) { return static_cast<uint8_t>(std::clamp(std::lround(x), 0l, 255l)); };
+  return {channel(v.x()), channel(v.y()), channel(v.z())};
+}
+
+Eigen::Vector3f contributionColour(uint32_t contributors) {
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  for (uint32_t bits = contributors; bits; bits &= bits - 1) sum += toVector(robotColour(std::countr_zero(bits)));
+  return contributors ? Eigen::Vector3f(sum / static_cast<float>(std::popcount(contributors)))
+                      : Eigen::Vector3f(160, 160, 160);
+}
+
+// Dark blue over green to yellow, on a logarithmic scale from 1 to 50.
+Eigen::Vector3f confidenceColour(float confidence) {
+  static const std::array<Eigen::Vector3f, 5> stops = {Eigen::Vector3f(68, 1, 84), Eigen::Vector3f(59, 82, 139),
+                                                       Eigen::Vector3f(33, 145, 140), Eigen::Vector3f(94, 201, 98),
+                                                       Eigen::Vector3f(253, 231, 37)};
+  const float place = std::clamp(std::log(std::max(confidence, 1.0f)) / std::log(50.0f), 0.0f, 1.0f) * 4;
+  const auto below = std::min(static_cast<size_t>(place), size_t{3});
+  const float part = place - static_cast<float>(below);
+  return (1 - part) * stops[below] + part * stops[below + 1];
+}
+
+Eigen::Vector3f groundColour(int y, int height) {
+  const float part = static_cast<float>(y) / static_cast<float>(height);
+  return (1 - part) * Eigen::Vector3f(236, 240, 246) + part * Eigen::Vector3f(203, 210, 221);
+}
+
+// A light over the viewer's left shoulder; enough to tell surfaces of one colour apart.
+float shade(const Eigen::Vector3f& normal_cam) {
+  const Eigen::Vector3f to_light = Eigen::Vector3f(-0.4f, -0.6f, -0.7f).normalized();
+  return 0.78f + 0.27f * std::max(0.0f, normal_cam.dot(to_light));
+}
+
+Eigen::Vector3f paint(const PredictedView& seen, size_t pixel, const Eigen::Matrix3f& R_map_cam, Colouring colouring) {
+  const Eigen::Vector3f normal = seen.normal.data()[pixel];
+  const Eigen::Vector3f colour = toVector(seen.colour.data()[pixel]);
+  switch (colouring) {
+    case Colouring::kNormal:
+      return (R_map_cam * normal + Eigen::Vector3f::Ones()) * 127.5f;
+    case Colouring::kContribution: {
+      const float grey = colour.dot(Eigen::Vector3f(0.299f, 0.587f, 0.114f)) / 255;
+      return contributionColour(seen.contributors.data()[pixel]) * (0.65f + 0.45f * grey) * shade(normal);
+    }
+    case Colouring::kConfidence:
+      return confidenceColour(seen.confidence.data()[pixel]) * shade(normal);
+    default:
+      return colour * shade(normal);
+  }
+}
+
+void drawLegend(ColourImage& picture, size_t entries) {
+  const int side = std::max(8, picture.height() / 32), gap = side / 3;
+  for (size_t entry = 0; entry < entries; ++entry) {
+    const int left = gap + static_cast<int>(entry) * (side + gap), top = picture.height() - gap - side;
+    for (int y = top; y < top + side; ++y) {
+      for (int x = left; x < left + side; ++x) {
+        if (picture.contains(x, y)) picture.at(x, y) = robotColour(entry);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Rgb robotColour(size_t robot) { return kRobotColours[robot % kRobotColours.size()]; }
+
+Result<ColourImage> renderPicture(gpu::Device& device, std::span<const Surfel> surfels, const PictureView& view,
+                                  Colouring colouring, size_t legend_entries) {
+  std::vector<Surfel> enlarged(surfels.begin(), surfels.end());
+  for (Surfel& s : enlarged) s.radius *= kEnlarged;
+  auto map = SurfelMap::create(device, FusionParameters{});
+  if (!map) return map.error();
+  if (auto done = map->append(enlarged); !done) return done.error();
+
+  // Several samples a pixel smooth the discs' rims, as far as the device's buffers allow.
+  const int width = view.camera.width, height = view.camera.height;
+  const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
+  const int factor = 4 * pixels <= kMostPixels ? 2 : 1;
+  CameraModel camera = view.camera;
+  camera.fx *= factor;
+  camera.fy *= factor;
+  camera.cx = (camera.cx + 0.5) * factor - 0.5;
+  camera.cy = (camera.cy + 0.5) * factor - 0.5;
+  camera.width *= factor;
+  camera.height *= factor;
+  auto seen = map->predict(camera, view.T_map_cam, {0, 1000, view.both_sides, true});
+  if (!seen) return seen.error();
+
+  const Eigen::Matrix3f R_map_cam = view.T_map_cam.rotationMatrix().cast<float>();
+  ColourImage picture(width, height);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+      for (int sample = 0; sample < factor * factor; ++sample) {
+        const size_t row = static_cast<size_t>(y) * factor + sample / factor;
+        const size_t pixel =
+            row * static_cast<size_t>(camera.width) + static_cast<size_t>(x) * factor + sample % factor;
+        sum += seen->depth_m.data()[pixel] > 0 ? paint(*seen, pixel, R_map_cam, colouring) : groundColour(y, height);
+      }
+      picture.at(x, y) = toRgb(sum / static_cast<float>(factor * factor));
+    }
+  }
+  drawLegend(picture, legend_entries);
+  return picture;
+}
+
+}  // namespace comap

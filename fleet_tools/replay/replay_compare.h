@@ -1,0 +1,19 @@
+// Both modes on the same input.
+#pragma once
+
+#include "fleet_tools/evaluate/evaluate.h"
+#include "fleet_tools/replay/replay.h"
+
+namespace comap {
+
+struct CompareOptions {
+  RunTruth truth;      ///< a robot that it has no trajectory of: groundtruth.txt of its source, if there is one
+  bool alone = false;  ///< also each robot by itself
+};
+
+/// Runs and evaluates into OUT/graph and OUT/paper (with `alone` also OUT/alone-NAME/graph ...), writes
+/// OUT/compare.json and compare.html, and returns the former. OUT must exist and be empty.
+Result<nlohmann::json> replayCompare(const ReplayOptions& options, const PaperOptions& paper,
+                                     const CompareOptions& compare, const ReplayProgress& progress);
+
+}  // namespace comap

@@ -1,0 +1,167 @@
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+
+#include "fleet_tools/command_line/text_table.h"
+#include "fleet_tools/evaluate/compare.h"
+#include "fleet_tools/report/html.h"
+#include "fleet_tools/report/report_style.h"
+
+namespace comap {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kWidth = 1000, kHeight = 320, kLeft = 50, kBottom = 26;
+
+std::string cell(const json& value, double scale, int decimals) {
+  return value.is_number() ? fixed(scale * value.get<double>(), decimals) : "";
+}
+
+std::string row(const std::vector<std::string>& cells, const char* tag) {
+  std::string html = "<tr>";
+  for (size_t i = 0; i < cells.size(); ++i)
+    html += fmt::format("<{0} class=\"{1}\">{2}</{0}>", tag, i < 2 ? "w" : "n", cells[i]);
+  return html + "</tr>";
+}
+
+// As the paper has it: errors of trajectories and surface, one line for each set of cameras.
+std::string errors(const json& comparison) {
+  std::vector<std::string> robots;
+  for (const json& input : comparison.at("inputs"))
+    for (const auto& [robot, ate] : input.at("paper").at("ate_rmse_m").items())
+      if (std::find(robots.begin(), robots.end(), robot) == robots.end()) robots.push_back(robot);
+  std::vector<std::string> head = {"cameras", "mode"};
+  for (const std::string& robot : robots) head.push_back(fmt::format("ATE {}, m", htmlEscape(robot)));
+  for (const char* title : {"joint ATE, m", "surface, m", "doubles, %", "maps", "false merges"}) head.push_back(title);
+  std::string html = "<section class=\"box\"><table><thead>" + row(head, "th") + "</thead><tbody>";
+  for (const json& input : comparison.at("inputs"))
+    for (const char* mode : {"graph", "paper"}) {
+      const json& n = input.at(mode);
+      std::vector<std::string> cells = {htmlEscape(input.at("name").get<std::string>()), mode};
+      for (const std::string& robot : robots) cells.push_back(cell(n["ate_rmse_m"].value(robot, json()), 1, 4));
+      cells.insert(cells.end(),
+                   {cell(n["joint_ate_rmse_m"], 1, 4), cell(n["surface_mean_m"], 1, 4),
+                    cell(n["double_surface"], 100, 2), cell(n["maps"], 1, 0), cell(n["false_merges"], 1, 0)});
+      html += row(cells, "td");
+    }
+  return html + "</tbody></table></section>\n";
+}
+
+std::string costs(const json& comparison) {
+  std::string html = "<section class=\"box\"><table><thead>" +
+                     row({"cameras", "mode", "frames", "MB sent", "kB a frame", "ms a frame, all", "core ms, median",
+                          "core ms, 95 %", "core ms, worst"},
+                         "th") +
+                     "</thead><tbody>";
+  for (const json& input : comparison.at("inputs"))
+    for (const char* mode : {"graph", "paper"}) {
+      const json& n = input.at(mode);
+      const json& core = n["core_frame_ms"].is_object() ? n["core_frame_ms"] : n["core_keyframe_ms"];
+      const auto of = [&](const char* key) { return core.is_object() ? core.value(key, json()) : json(); };
+      html += row({htmlEscape(input.at("name").get<std::string>()), mode, cell(n["frames"], 1, 0),
+                   cell(n["uplink_bytes"], 1e-6, 1), cell(n["uplink_bytes_per_frame"], 1e-3, 1),
+                   cell(n["wall_ms_per_frame"], 1, 0), cell(of("median"), 1, 0), cell(of("p95"), 1, 0),
+                   cell(of("worst"), 1, 0)},
+                  "td");
+    }
+  return html +
+         "</tbody></table></section>\n<p class=\"sub\">Of the graph mode the core's times are for a keyframe, of "
+         "the paper mode for a frame of one camera. \"All\" is the whole run's wall time, robots included.</p>\n";
+}
+
+std::string words(const json& comparison) {
+  const json& accurate = comparison.at("at_least_as_accurate");
+  const auto card = [](const std::string& value, const char* label) {
+    return fmt::format("<div class=\"card\"><b class=\"{}\">{}</b><span>{}</span></div>\n",
+                       value == "yes"  ? "good"
+                       : value == "no" ? "bad"
+                                       : "",
+                       value, label);
+  };
+  std::string html = "<div class=\"cards\">\n";
+  html += card(accurate.is_null()     ? "?"
+               : accurate.get<bool>() ? "yes"
+                                      : "no",
+               "the graph mode is at least as accurate in each row");
+  html += card(comparison.at("a_tenth_of_the_bytes").get<bool>() ? "yes" : "no",
+               "the graph mode sends at most a tenth of the bytes");
+  html += "</div>\n";
+  if (comparison.at("not_so").empty()) return html;
+  html += "<h2>Where it is not so</h2>\n<section class=\"box\"><table><tbody>";
+  for (const json& word : comparison.at("not_so"))
+    html += "<tr><td class=\"w\">" + htmlEscape(word.get<std::string>()) + "</td></tr>";
+  return html + "</tbody></table></section>\n";
+}
+
+// Time of each frame of each camera on top of each other, by tick; merges as marks.
+std::string timePlot(const RoundTimes& times) {
+  if (times.ms.size() < 2) return "";
+  const size_t cameras = times.cameras.size();
+  std::vector<std::vector<double>> sums(cameras, std::vector<double>(times.ms.size(), 0.0));
+  double most = 1;
+  for (size_t tick = 0; tick < times.ms.size(); ++tick) {
+    double sum = 0;
+    for (size_t c = 0; c < cameras; ++c) {
+      if (c < times.ms[tick].size()) sum += times.ms[tick][c];
+      sums[c][tick] = sum;
+    }
+    most = std::max(most, sum);
+  }
+  const auto x = [&](size_t tick) {
+    return kLeft + (kWidth - kLeft) * static_cast<double>(tick) / static_cast<double>(times.ms.size() - 1);
+  };
+  const auto y = [&](double ms) { return (kHeight - kBottom) * (1 - ms / (1.05 * most)); };
+  std::string svg = "<svg class=\"plot\" viewBox=\"0 0 " + fixed(kWidth, 0) + " " + fixed(kHeight, 0) +
+                    "\" role=\"img\" aria-label=\"Time of each frame\"><g class=\"grid\">",
+              labels = "<g class=\"axis\">";
+  for (int i = 0; i <= 4; ++i) {
+    const double ms = most * i / 4;
+    svg += fmt::format("<line x1=\"{0:.0f}\" y1=\"{1:.1f}\" x2=\"{2:.0f}\" y2=\"{1:.1f}\"/>", kLeft, y(ms), kWidth);
+    labels +=
+        fmt::format("<text x=\"{:.0f}\" y=\"{:.1f}\" text-anchor=\"end\">{:.0f}</text>", kLeft - 6, y(ms) + 4, ms);
+    const size_t tick = (times.ms.size() - 1) * static_cast<size_t>(i) / 4;
+    labels += fmt::format("<text x=\"{:.1f}\" y=\"{:.0f}\" text-anchor=\"middle\">{}</text>",
+                          std::min(x(tick), kWidth - 16), kHeight - 6, tick + 1);
+  }
+  svg += "</g>" + labels + "</g>";
+  for (const size_t tick : times.merges)
+    svg += fmt::format(
+        "<line x1=\"{0:.1f}\" y1=\"0\" x2=\"{0:.1f}\" y2=\"{1:.0f}\" stroke=\"currentColor\" stroke-dasharray=\"4 "
+        "4\"/>",
+        x(tick), kHeight - kBottom);
+  std::string legend = "<p class=\"legend\">";
+  for (size_t c = 0; c < cameras; ++c) {
+    std::string points;
+    for (size_t tick = 0; tick < sums[c].size(); ++tick)
+      points += fmt::format("{:.1f},{:.1f} ", x(tick), y(sums[c][tick]));
+    const std::string colour = fmt::format("c{}", c % 8);
+    svg += fmt::format("<g class=\"{}\"><polyline style=\"stroke-width:1.2\" points=\"{}\"/></g>", colour, points);
+    legend += fmt::format("<span class=\"{}\"><i></i>{}{}</span>", colour, c == 0 ? "" : "with ",
+                          htmlEscape(times.cameras[c]));
+  }
+  return "<section class=\"box\">" + svg + "</svg>" + legend +
+         "<span class=\"note\">milliseconds a round, one camera after the other; dashed: a "
+         "merge</span></p></section>\n";
+}
+
+}  // namespace
+
+std::string comparePage(const json& comparison, const std::vector<ReportPicture>& pictures, const RoundTimes& times) {
+  std::string page =
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<title>CoMap comparison</title>\n<style>";
+  page += kReportStyle;
+  page +=
+      "</style>\n</head>\n<body>\n<main>\n<h1>Graph mode and paper mode</h1>\n<p class=\"sub\">The same recordings, ";
+  page += "once as keyframes into a graph, once as every frame into the method of \"Collaborative Dense SLAM\".</p>\n";
+  page += words(comparison) + "<h2>Accuracy</h2>\n" + errors(comparison);
+  page += "<h2>Cost</h2>\n" + costs(comparison);
+  if (const std::string plot = timePlot(times); !plot.empty())
+    page += "<h2>Time of each round in the paper mode</h2>\n" + plot;
+  if (!pictures.empty()) page += "<h2>Maps, and who contributed what</h2>\n" + pictureGallery(pictures);
+  return page + "</main>\n</body>\n</html>\n";
+}
+
+}  // namespace comap

@@ -1,0 +1,15 @@
+// Trajectories from above as an SVG drawing.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "fleet_tools/report/report_page.h"
+
+namespace comap {
+
+/// One plot of trajectories in one frame: x to the right, z up, equal scales, a grid in metres, a legend.
+/// Empty if no trajectory has a finite position. Colours are the classes c0 to c7 of the page.
+std::string trajectoryPlot(std::span<const ReportTrajectory* const> trajectories);
+
+}  // namespace comap

@@ -1,0 +1,93 @@
+#include <cstdio>
+#include <memory>
+#include <numbers>
+
+#include "fleet_tools/command_line/fail.h"
+#include "fleet_tools/command_line/text_table.h"
+#include "fleet_tools/command_line/verb.h"
+#include "fleet_tools/store/record_json.h"
+#include "mapping_core/store/map_store.h"
+
+namespace comap {
+namespace {
+
+struct MatchesOptions {
+  std::string store, reason, robot;
+  bool refused = false, json = false;
+};
+
+std::string failedText(const MatchVerdict& verdict) {
+  std::string text;
+  for (const FailedNumber& number : failedNumbers(verdict)) {
+    const bool degeneracy = number.name == std::string("degeneracy");
+    text += (text.empty() ? "" : ", ") + std::string(number.name) + " " + fixed(number.value, degeneracy ? 5 : 3);
+  }
+  return text.empty() ? std::string("-") : text;
+}
+
+void printCounts(const std::map<std::string, size_t>& counts) {
+  TextTable table({"VERDICT", "COUNT"});
+  for (const auto& [reason, count] : counts) table.add({reason, std::to_string(count)});
+  if (!table.empty()) std::printf("\n%s", table.text().c_str());
+}
+
+void print(const std::vector<MatchVerdict>& verdicts) {
+  if (verdicts.empty()) {
+    std::printf("no such matches\n");
+    return;
+  }
+  TextTable table({"QUERY", "CANDIDATE", "VERDICT", "FAILED", "FERNS", "INLIERS", "RMS sigma", "DEGENERACY", "GREY",
+                   "THROUGH", "UNLIKE", "FEATURES", "TRIP mm", "TRIP deg", "APART m"});
+  for (const MatchVerdict& v : verdicts) {
+    table.add({toString(v.query), toString(v.candidate), v.accepted ? "accepted" : v.reason, failedText(v),
+               fixed(v.fern_dissimilarity, 3), fixed(v.inlier_ratio, 3), fixed(v.rms_sigma, 2), fixed(v.degeneracy, 5),
+               fixed(v.photometric_median, 1), fixed(v.seen_through, 3), fixed(v.unlike, 2), fixed(v.features, 2),
+               fixed(1000 * v.round_trip_m, 1), fixed(v.round_trip_rad * 180 / std::numbers::pi, 2),
+               fixed(v.T_candidate_query.translation().norm(), 3)});
+  }
+  std::printf("%s", table.text().c_str());
+}
+
+int run(const MatchesOptions& options) {
+  const Result<MapStore> store = MapStore::open(options.store, MapStore::Mode::kReadOnly);
+  if (!store) return failWith(store.error());
+  VerdictFilter filter{std::nullopt, options.reason, options.robot};
+  if (options.refused) filter.accepted = false;
+  const Result<std::vector<MatchVerdict>> verdicts = store->verdicts(filter);
+  if (!verdicts) return failWith(verdicts.error());
+  const auto counts = store->verdictCounts(options.robot);
+  if (!counts) return failWith(counts.error());
+  if (!options.json) {
+    print(*verdicts);
+    printCounts(*counts);
+    return 0;
+  }
+  nlohmann::json matches = nlohmann::json::array();
+  for (const MatchVerdict& verdict : *verdicts) matches.push_back(jsonOf(verdict));
+  nlohmann::json document = {{"counts", *counts}};
+  document["matches"] = std::move(matches);  // a copy of very many would take longer than all the rest
+  printJson(document);
+  return 0;
+}
+
+}  // namespace
+
+void addMatchesVerb(CLI::App& app, int& exit_code) {
+  auto* verb = app.add_subcommand("matches", "Every place match that was judged, with the numbers it was judged by");
+  verb->footer(
+      "FERNS dissimilarity of the codes, INLIERS share of points that agree, RMS of their distance, DEGENERACY\n"
+      "smallest to largest eigenvalue, GREY levels apart, THROUGH share of pixels seen through, UNLIKE share of\n"
+      "textured patches that do not look alike, FEATURES share of patches with anything on them, TRIP there and back.\n"
+      "FAILED is the number that the reason is about. Below the table: how many verdicts of each reason the store "
+      "holds.\n"
+      "Example: fleet matches run/map.comap --refused --reason inlier_ratio --robot a");
+  auto options = std::make_shared<MatchesOptions>();
+  verb->add_option("STORE", options->store, "Map store to read")->required();
+  verb->add_flag("--refused", options->refused, "Only those that were refused");
+  verb->add_option("--reason", options->reason, "Only those of this reason, such as inlier_ratio");
+  verb->add_option("--robot", options->robot, "Only those with this robot on either side");
+  verb->add_flag("--json", options->json, "Print one JSON document");
+  verb->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace comap

@@ -1,0 +1,98 @@
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "fleet_tools/command_line/fail.h"
+#include "fleet_tools/command_line/text_table.h"
+#include "fleet_tools/command_line/verb.h"
+#include "fleet_tools/store/record_json.h"
+#include "fleet_tools/store/store_change.h"
+#include "mapping_core/gpu/device.h"
+#include "mapping_core/service/core_config.h"
+#include "mapping_core/store/store_lock.h"
+#include "mapping_core/store/store_survey.h"
+
+namespace comap {
+namespace {
+
+struct RecoverArguments {
+  std::string damaged;
+  StoreChange change;  // of the new store
+};
+
+Result<StoreSurvey> save(const RecoverArguments& arguments) {
+  std::error_code code;
+  if (std::filesystem::exists(arguments.change.store, code))
+    return Error{ErrorCode::kWrongUse, "--out " + arguments.change.store + ": is there already; choose a new name"};
+  const auto lock = StoreLock::take(arguments.damaged);
+  if (!lock) return lock.error();
+  auto survey = surveyStore(arguments.damaged);
+  if (!survey) return survey;
+  auto store = MapStore::open(arguments.change.store, MapStore::Mode::kCreateOrOpen);
+  if (!store) return store.error();
+  if (auto saved = saveWhole(*survey, *store); !saved) {
+    store = Error{saved.error()};  // closes it
+    for (const char* part : {"", "-wal", "-shm"}) std::filesystem::remove(arguments.change.store + part, code);
+    return saved.error();
+  }
+  return survey;
+}
+
+// Before anything is written, so that the same command can be given again.
+Result<void> checkOptions(const StoreChange& change) {
+  if (!change.config.empty())
+    if (const auto config = readCoreConfig(change.config); !config) return config.error();
+  gpu::DeviceOptions options;
+  options.choice = change.device;
+  const auto device = gpu::Device::create(options);
+  return device ? Result<void>() : Result<void>(device.error());
+}
+
+int run(const RecoverArguments& arguments) {
+  if (auto checked = checkOptions(arguments.change); !checked) return failWith(checked.error());
+  const auto survey = save(arguments);
+  if (!survey) return failWith(survey.error());
+  if (!arguments.change.json) {
+    for (const std::string& text : survey->damage) std::printf("damage: %s\n", printable(text).c_str());
+    std::printf("whole: %zu keyframes, %zu edges, %zu verdicts, %zu merges; computing maps of them in %s\n",
+                survey->keyframes.size(), survey->edges.size(), survey->verdicts.size(), survey->merges.size(),
+                arguments.change.store.c_str());
+  }
+  // What lost its ties falls apart, and what accepted matches still say joins it again.
+  const auto recast = [](MapBuilder& builder) -> Result<void> {
+    const auto change = builder.recast();
+    return change ? Result<void>() : Result<void>(change.error());
+  };
+  auto outcome = changeStore(arguments.change, {}, recast);
+  if (!outcome)
+    return failWith({outcome.error().code, "all that is whole is in " + arguments.change.store +
+                                               ", but its maps could not be computed: " + outcome.error().text});
+  if (arguments.change.json) {
+    (*outcome)["keyframes"] = survey->keyframes.size();
+    (*outcome)["lost_keyframes"] = survey->lost_keyframes;
+    (*outcome)["damage"] = survey->damage;
+    printJson(*outcome);
+  } else {
+    printMaps(*outcome);
+  }
+  return 0;
+}
+
+}  // namespace
+
+void addRecoverVerb(CLI::App& app, int& exit_code) {
+  auto* verb = app.add_subcommand("recover", "Save what is whole of a damaged store into a new one");
+  verb->footer(
+      "The damaged store stays as it is. Poses, surfels and tiles are computed anew from the keyframes and edges that\n"
+      "could be saved; a map whose ties are lost comes out in parts. Robots whose outbox still holds what was lost\n"
+      "deliver it to a core on the new store only if the core had not yet acknowledged it.\n"
+      "Example: fleet recover flat.comap --out flat-saved.comap");
+  auto arguments = std::make_shared<RecoverArguments>();
+  verb->add_option("STORE", arguments->damaged, "Damaged map store that no core is writing")->required();
+  verb->add_option("--out", arguments->change.store, "New store")->required();
+  addStoreChangeOptions(*verb, arguments->change);
+  verb->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace comap

@@ -1,0 +1,235 @@
+// info, matches, merges and export, as called from the command line.
+#include <gtest/gtest.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "fleet_tools/command_line/text_table.h"
+#include "fleet_tools/command_line/verb.h"
+#include "fleet_tools/export/ply.h"
+#include "mapping_core/store/map_store.h"
+#include "mapping_core/tiles/tile_builder.h"
+#include "tests/files/temporary_folder.h"
+
+namespace comap {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int code;
+  std::string out, err;
+};
+
+class StoreVerbs : public ::testing::Test {
+ protected:
+  static KeyframeId idOf(const std::string& robot, uint32_t sequence) { return {robot, 5, sequence}; }
+
+  // Two robots of three keyframes; `maps` 1: merged, 2: one map each.
+  void fill(int maps) {
+    auto store = MapStore::open(store_, MapStore::Mode::kCreateOrOpen);
+    ASSERT_TRUE(store);
+    ASSERT_TRUE(store->setMeta("version", "0.1.0"));
+    std::vector<Tile> tiles;
+    for (const std::string robot : {"alpha", "bravo"}) {
+      const MapId map = maps == 1 ? "alpha-5-0" : robot + "-5-0";
+      for (uint32_t i = 0; i < 3; ++i) {
+        ASSERT_TRUE(*store->addKeyframe(idOf(robot, i), 1'500'000'000 + 100 * int64_t(i), std::vector<uint8_t>(1000)));
+        const Pose pose(Eigen::Quaterniond::Identity(), {0.1 * i, robot == "alpha" ? 0.0 : 1.0, 0});
+        ASSERT_TRUE(store->setPoses(map, {{idOf(robot, i), pose}}));
+        if (i == 0) continue;
+        ASSERT_TRUE(store->addEdge({idOf(robot, i - 1), idOf(robot, i), EdgeKind::kOdometry, {}, {}}));
+      }
+      Surfel surfel;
+      surfel.position = {0.3f, 0.2f, 1.1f};
+      surfel.radius = 0.01f;
+      surfel.confidence = 7;
+      surfel.colour = {10, 20, 30};
+      for (const Tile& tile : buildTiles(map, std::vector<Surfel>(2, surfel), {})) {
+        if (maps == 2 || robot == "alpha") tiles.push_back(tile);
+      }
+    }
+    ASSERT_TRUE(store->setTiles(tiles));
+    ASSERT_TRUE(store->addEdge({idOf("alpha", 0), idOf("bravo", 1), EdgeKind::kInterRobot, {}, {}}));
+    MatchVerdict verdict;
+    verdict.query = idOf("bravo", 1);
+    verdict.candidate = idOf("alpha", 0);
+    verdict.accepted = true;
+    verdict.reason = "accepted";
+    verdict.inlier_ratio = 0.875;
+    ASSERT_TRUE(store->addVerdict(verdict));
+    verdict.accepted = false;
+    verdict.reason = "round_trip";
+    ASSERT_TRUE(store->addVerdict(verdict));
+    ASSERT_TRUE(store->addVerdict(verdict));
+    ASSERT_TRUE(store->addMerge({1, "alpha-5-0", "bravo-5-0", {}, {"alpha", "bravo"}, {idOf("bravo", 1)}, 6, {}}));
+  }
+
+  Outcome fleet(const std::string& arguments) {
+    CLI::App app("fleet");
+    int code = 0;
+    addInfoVerb(app, code);
+    addMatchesVerb(app, code);
+    addMergesVerb(app, code);
+    addExportVerb(app, code);
+    ::testing::internal::CaptureStdout();
+    ::testing::internal::CaptureStderr();
+    try {
+      app.parse(arguments);
+    } catch (const CLI::ParseError& error) {
+      code = app.exit(error) == 0 ? 0 : 2;
+    }
+    std::fflush(stdout);
+    const std::string out = ::testing::internal::GetCapturedStdout();
+    return {code, out, ::testing::internal::GetCapturedStderr()};
+  }
+  std::set<std::string> entries() const {
+    std::set<std::string> names;
+    for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
+      names.insert(fs::relative(entry.path(), folder_).string());
+    }
+    return names;
+  }
+
+  const TemporaryFolder temporary_;
+  const fs::path folder_ = temporary_.path();
+  const std::string store_ = (folder_ / "map.comap").string();
+};
+
+TEST_F(StoreVerbs, infoTellsWhatIsThere) {
+  fill(1);
+  const Outcome outcome = fleet("info " + store_ + " --json");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto info = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(info["keyframes"], 6);
+  EXPECT_EQ(info["version"], "0.1.0");
+  EXPECT_EQ(info["schema_version"], 3);
+  EXPECT_EQ(info["robots"][1]["name"], "bravo");
+  EXPECT_EQ(info["robots"][1]["keyframes"], 3);
+  EXPECT_EQ(info["robots"][1]["bytes"], 3000);
+  EXPECT_EQ(info["robots"][1]["maps"], nlohmann::json({"alpha-5-0"}));
+  ASSERT_EQ(info["maps"].size(), 1u);
+  EXPECT_EQ(info["maps"][0]["robots"], nlohmann::json({"alpha", "bravo"}));
+  EXPECT_EQ(info["maps"][0]["surfels"], 2);
+  EXPECT_EQ(info["edges"], nlohmann::json({{"odometry", 4}, {"loop", 0}, {"inter_robot", 1}, {"covisibility", 0}}));
+  EXPECT_EQ(info["verdicts"], nlohmann::json({{"accepted", 1}, {"refused", {{"round_trip", 2}}}}));
+  EXPECT_EQ(info["merges"], 1);
+  EXPECT_EQ(info["bytes_on_disk"], fs::file_size(store_));
+  const Outcome text = fleet("info " + store_);
+  ASSERT_EQ(text.code, 0);
+  for (const char* word : {"alpha-5-0", "alpha, bravo", "refused: round_trip", "4 odometry", "3.0 kB"}) {
+    EXPECT_NE(text.out.find(word), std::string::npos) << word << "\n" << text.out;
+  }
+}
+
+TEST_F(StoreVerbs, matchesAndMerges) {
+  fill(1);
+  const auto all = nlohmann::json::parse(fleet("matches " + store_ + " --json").out)["matches"];
+  ASSERT_EQ(all.size(), 3u);
+  EXPECT_EQ(all[0]["query"], "bravo/5/1");
+  EXPECT_EQ(all[0]["inlier_ratio"], 0.875);
+  EXPECT_EQ(all[0]["accepted"], true);
+  EXPECT_EQ(nlohmann::json::parse(fleet("matches --refused --json " + store_).out)["matches"].size(), 2u);
+  const std::string refused = fleet("matches --refused " + store_).out;
+  EXPECT_NE(refused.find("round_trip"), std::string::npos);
+  EXPECT_EQ(refused.find("bravo/5/1  alpha/5/0  accepted"), std::string::npos);
+  EXPECT_NE(refused.find("round_trip_m 0.000, round_trip_rad 0.000"), std::string::npos) << refused;
+  const auto some = nlohmann::json::parse(fleet("matches --json --reason round_trip --robot bravo " + store_).out);
+  EXPECT_EQ(some["matches"].size(), 2u);
+  EXPECT_EQ(some["counts"], nlohmann::json({{"accepted", 1}, {"round_trip", 2}}));
+  EXPECT_TRUE(nlohmann::json::parse(fleet("matches --json --robot carol " + store_).out)["matches"].empty());
+  EXPECT_EQ(all[1]["failed"].size(), 2u);
+  EXPECT_TRUE(all[0]["failed"].empty());
+  const auto merges = nlohmann::json::parse(fleet("merges " + store_ + " --json").out)["merges"];
+  ASSERT_EQ(merges.size(), 1u);
+  EXPECT_EQ(merges[0]["voters"], nlohmann::json({"bravo/5/1"}));
+  EXPECT_NE(fleet("merges " + store_).out.find("bravo-5-0"), std::string::npos);
+}
+
+TEST_F(StoreVerbs, exportPlyHoldsTheSurfels) {
+  fill(1);
+  const Outcome outcome = fleet("export " + store_ + " --format ply --out " + (folder_ / "map.ply").string());
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto ply = readPly((folder_ / "map.ply").string());
+  ASSERT_TRUE(ply) << ply.error().text;
+  ASSERT_EQ(ply->positions.size(), 2u);
+  EXPECT_LT((ply->positions[0] - Eigen::Vector3f(0.3f, 0.2f, 1.1f)).norm(), 2e-5f);
+  EXPECT_EQ(entries(), (std::set<std::string>{"map.comap", "map.ply"}));
+}
+
+TEST_F(StoreVerbs, exportTumGivesEachRobotItsFile) {
+  fill(1);
+  ASSERT_EQ(fleet("export " + store_ + " --format tum --out " + (folder_ / "tum").string()).code, 0);
+  EXPECT_EQ(entries(),
+            (std::set<std::string>{"map.comap", "tum", "tum/alpha.trajectory.txt", "tum/bravo.trajectory.txt"}));
+  std::ifstream in(folder_ / "tum" / "bravo.trajectory.txt");
+  std::string line;
+  std::vector<std::string> poses;
+  while (std::getline(in, line)) {
+    if (line[0] != '#') poses.push_back(line);
+  }
+  ASSERT_EQ(poses.size(), 3u);
+  EXPECT_EQ(poses[1],
+            "1.500000100 0.100000000 1.000000000 0.000000000 0.000000000 0.000000000 0.000000000 1.000000000");
+}
+
+TEST_F(StoreVerbs, severalMapsAreKeptApart) {
+  fill(2);
+  const Outcome refused = fleet("export " + store_ + " --format ply --out " + (folder_ / "map.ply").string());
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("alpha-5-0, bravo-5-0"), std::string::npos) << refused.err;
+  EXPECT_EQ(entries(), std::set<std::string>{"map.comap"});
+  EXPECT_EQ(fleet("export " + store_ + " --format ply --map bravo-5-0 --out " + (folder_ / "b.ply").string()).code, 0);
+  EXPECT_EQ(fleet("export " + store_ + " --format ply --map x --out " + (folder_ / "c.ply").string()).code, 2);
+  EXPECT_EQ(fleet("export " + store_ + " --format tum --out " + (folder_ / "tum").string()).code, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "tum" / "bravo-5-0" / "bravo.trajectory.txt"));
+}
+
+TEST_F(StoreVerbs, failuresLeaveNoFilesAndSayWhy) {
+  const std::string missing = (folder_ / "none.comap").string();
+  for (const std::string verb : {"info ", "matches ", "merges ", "export --format ply --out x.ply "}) {
+    const Outcome outcome = fleet(verb + missing);
+    EXPECT_EQ(outcome.code, 3) << verb;
+    EXPECT_EQ(outcome.err, "fleet: " + missing + ": no such file\n");
+    EXPECT_EQ(outcome.out, "");
+  }
+  EXPECT_TRUE(entries().empty());
+  fill(1);
+  const std::string nowhere = (folder_ / "no" / "such" / "map.ply").string();
+  EXPECT_EQ(fleet("export " + store_ + " --format ply --out " + nowhere).code, 3);
+  EXPECT_EQ(fleet("export " + store_ + " --format tum --out " + nowhere).code, 3);
+  EXPECT_EQ(fleet("export " + store_ + " --format obj --out x").code, 2);
+  std::ofstream(folder_ / "file") << "mine";
+  EXPECT_EQ(fleet("export " + store_ + " --format tum --out " + (folder_ / "file").string()).code, 3);
+  EXPECT_EQ(entries(), (std::set<std::string>{"file", "map.comap"}));
+}
+
+TEST_F(StoreVerbs, robotNamesBecomeNoPaths) {
+  {
+    auto store = MapStore::open(store_, MapStore::Mode::kCreateOrOpen);
+    ASSERT_TRUE(store);
+    const KeyframeId evil{"../../evil\x1b[31m", 1, 0};
+    ASSERT_TRUE(*store->addKeyframe(evil, 0, {}));
+    ASSERT_TRUE(store->setPoses("m", {{evil, {}}}));
+  }
+  const Outcome outcome = fleet("export " + store_ + " --format tum --out " + (folder_ / "tum").string());
+  EXPECT_EQ(outcome.code, 3);
+  EXPECT_EQ(entries(), std::set<std::string>{"map.comap"});
+  EXPECT_EQ((outcome.err + fleet("info " + store_).out).find('\x1b'), std::string::npos);
+}
+
+TEST(TextTable, alignsNumbersRightAndCleansText) {
+  TextTable table({"NAME", "COUNT"});
+  table.add({"a", "5"});
+  table.add({"l\xc3\xa4nger\n", "1234"});
+  EXPECT_EQ(table.text(), "NAME     COUNT\na            5\nl\xc3\xa4nger?   1234\n");
+  EXPECT_EQ(printable("a\x1b[0m\xff\xc2\x9b\xe2\x82\xac"), "a?[0m??\xe2\x82\xac");
+  EXPECT_EQ(humanBytes(999), "999 B");
+  EXPECT_EQ(humanBytes(1500000), "1.5 MB");
+}
+
+}  // namespace
+}  // namespace comap
