@@ -140,7 +140,8 @@ Alignment align(const ReferenceView& reference, const Pyramid& frame, const Pose
     const double progress = levels > 1 ? static_cast<double>(l) / static_cast<double>(levels - 1) : 1.0;
     AssociationGates gates;
     gates.distance_m = static_cast<float>((1 - progress) * options.coarse_gate_m + progress * options.distance_gate_m);
-    gates.extra_sigma_m = static_cast<float>(1 - progress) * options.coarse_extra_sigma_m;
+    gates.extra_sigma_m = options.extra_sigma_m + static_cast<float>(1 - progress) * options.coarse_extra_sigma_m;
+    gates.photometric_m = options.photometric_gate_m;
     const int iterations = options.iterations[std::min(l, options.iterations.size() - 1)];
     ResidualCounts counts;
     NormalEquations sums;
@@ -169,8 +170,9 @@ Alignment align(const ReferenceView& reference, const Pyramid& frame, const Pose
     const auto share = [](size_t part, size_t whole) {
       return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
     };
-    const Constraints constraints(sumConstraints(points, level, result.T_ref_cur, options.noise, residuals), depth,
-                                  options.weak_ratio);
+    const Constraints constraints(
+        sumConstraints(points, level, result.T_ref_cur, options.noise, gates.extra_sigma_m, residuals), depth,
+        options.weak_ratio);
     result.T_ref_cur = keepGuessWhereFree(constraints, T_guess, result.T_ref_cur);
     describeConstraints(constraints, options, result);
     result.inlier_ratio = share(counts.inliers, counts.compared);

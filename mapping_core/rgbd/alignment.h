@@ -20,6 +20,9 @@ struct AlignmentOptions {
   /// Added to sigma at the coarsest level, nothing at the finest: lets the robust weights pull from afar when the guess
   /// is poor. Residual statistics of the finest level are not touched.
   float coarse_extra_sigma_m = 0;
+  float extra_sigma_m = 0;  ///< the same at every level; beside a model of no noise, all depth residuals weigh alike
+  /// Brightness is compared where depths agree within this; 0: within 3 cm or 4 sigma, whichever is more.
+  float photometric_gate_m = 0;
   float photometric_weight = 0.28f;  ///< grey residuals are correlated, depth ones less so
   float information_deflation = 50;  ///< neighbouring pixels are not independent
   double stop_m = 2e-5, stop_rad = 2e-5;

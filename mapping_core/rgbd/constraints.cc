@@ -7,7 +7,7 @@
 
 namespace comap {
 Matrix6d sumConstraints(const ReferencePoints& points, const PyramidLevel& frame, const Pose& T_ref_cur,
-                        const DepthNoiseModel& noise, const PointResiduals& residuals) {
+                        const DepthNoiseModel& noise, float extra_sigma_m, const PointResiduals& residuals) {
   const Eigen::Matrix3f r_rc = T_ref_cur.rotationMatrix().cast<float>();
   const Eigen::Vector3f t_rc = T_ref_cur.translation().cast<float>();
   const float fx = static_cast<float>(frame.camera.fx), fy = static_cast<float>(frame.camera.fy);
@@ -31,7 +31,8 @@ Matrix6d sumConstraints(const ReferencePoints& points, const PyramidLevel& frame
     const Eigen::Vector3f n_cur = r_rc * normalAt(frame, un, vn, reach);
     const float sigma_live = noise.sigma(frame.depth_m.at(un, vn));
     const float along = n_ref.dot(p) / p.norm();
-    const float variance = points.sigma_m[i] * points.sigma_m[i] + along * along * sigma_live * sigma_live;
+    const float variance =
+        points.sigma_m[i] * points.sigma_m[i] + along * along * sigma_live * sigma_live + extra_sigma_m * extra_sigma_m;
     const Row6<float> a = geometricJacobian<float>(p, n_ref), b = geometricJacobian<float>(p, n_cur);
     sum += (0.5f * residuals.wg[i] / variance) * (a.transpose() * b + b.transpose() * a);
   }

@@ -12,8 +12,8 @@ namespace comap {
 
 /// Like sumNormalEquations().a, but each geometric row once with the reference's normal and once with the frame's,
 /// symmetrised, and photometric rows with the reference's gradient. Uses the weights of the points' last evaluation at
-/// a pose near T_ref_cur. May have small negative eigenvalues: not determined.
+/// a pose near T_ref_cur; `extra_sigma_m` is that of its gates. May have small negative eigenvalues: not determined.
 Matrix6d sumConstraints(const ReferencePoints& points, const PyramidLevel& frame, const Pose& T_ref_cur,
-                        const DepthNoiseModel& noise, const PointResiduals& residuals);
+                        const DepthNoiseModel& noise, float extra_sigma_m, const PointResiduals& residuals);
 
 }  // namespace comap

@@ -140,8 +140,10 @@ ResidualCounts Evaluate(const ResidualTask& task, PointResiduals& out) {
 
     // Brightness, where the depths agree.
     const F depth_gate =
-        hn::Max(set(0.03f), hn::Mul(set(task.gates.photometric_sigma),
-                                    hn::Add(hn::Add(sigma_live, sigma_ref), set(task.gates.extra_sigma_m))));
+        task.gates.photometric_m > 0
+            ? set(task.gates.photometric_m)
+            : hn::Max(set(0.03f), hn::Mul(set(task.gates.photometric_sigma),
+                                          hn::Add(hn::Add(sigma_live, sigma_ref), set(task.gates.extra_sigma_m))));
     const auto photometric = hn::And(measured, hn::Lt(hn::Abs(hn::Sub(depth, q.z)), depth_gate));
     counts.photometric += hn::CountTrue(d, photometric);
     const auto u0 = hn::ConvertTo(di, us), v0 = hn::ConvertTo(di, vs);

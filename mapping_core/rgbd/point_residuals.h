@@ -30,7 +30,8 @@ struct PointResiduals {
 struct AssociationGates {
   float distance_m = 0.1f;      ///< between point and measurement
   float extra_sigma_m = 0;      ///< added to the sigma of depth
-  float photometric_sigma = 4;  ///< depth must agree within this for brightness to be compared
+  float photometric_sigma = 4;  ///< depth must agree within this, or 3 cm, for brightness to be compared
+  float photometric_m = 0;      ///< if not 0, within this instead
   float tukey_sigma = 4.6f;     ///< beyond it a geometric residual has no weight
 };
 

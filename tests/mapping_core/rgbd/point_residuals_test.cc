@@ -56,7 +56,8 @@ Expected evaluateOne(const ReferencePoints& points, size_t i, const PyramidLevel
   const Eigen::Vector3d x_ref = T_ref_cur * frame.camera.unproject(un, vn, d);
   if (n.norm() > 0.5 && (x_ref - p).norm() < gates.distance_m) {
     const double along = n.dot(x_ref) / x_ref.norm();
-    const double sigma = std::sqrt(points.sigma_m[i] * points.sigma_m[i] + along * along * live * live);
+    const double sigma = std::sqrt(points.sigma_m[i] * points.sigma_m[i] + along * along * live * live +
+                                   gates.extra_sigma_m * gates.extra_sigma_m);
     const double r = n.dot(x_ref - p) / sigma, share = r / gates.tukey_sigma;
     if (std::abs(share) < 1) {
       e.rg = r;
@@ -64,7 +65,11 @@ Expected evaluateOne(const ReferencePoints& points, size_t i, const PyramidLevel
       e.jg = geometricJacobian<double>(x_ref, n) / sigma;
     }
   }
-  if (std::abs(d - q.z()) >= std::max(0.03, gates.photometric_sigma * (live + points.sigma_m[i]))) return e;
+  const double brightness_m =
+      gates.photometric_m > 0
+          ? gates.photometric_m
+          : std::max(0.03, gates.photometric_sigma * (live + points.sigma_m[i] + gates.extra_sigma_m));
+  if (std::abs(d - q.z()) >= brightness_m) return e;
   const int u0 = static_cast<int>(u), v0 = static_cast<int>(v);
   const double a = u - u0, b = v - v0;
   const double i00 = frame.grey.at(u0, v0), i10 = frame.grey.at(u0 + 1, v0);
@@ -76,9 +81,8 @@ Expected evaluateOne(const ReferencePoints& points, size_t i, const PyramidLevel
   return e;
 }
 
-TEST(PointResiduals, agreeWithOnePointAfterTheOther) {
+void expectAgreement(const AssociationGates& gates) {
   const Pair pair = pairOf(Scene::room(), true);
-  const AssociationGates gates;
   const DepthNoiseModel noise;
   PointResiduals residuals;
   for (const ReferencePoints& points : pair.reference.levels) {
@@ -108,6 +112,30 @@ TEST(PointResiduals, agreeWithOnePointAfterTheOther) {
                 0.005 * static_cast<double>(photometric));
     EXPECT_GT(inliers, points.count / 2);
   }
+}
+
+TEST(PointResiduals, agreeWithOnePointAfterTheOther) { expectAgreement({}); }
+
+TEST(PointResiduals, agreeWhereSigmaIsAddedAndTheBrightnessGateIsFixed) {
+  AssociationGates gates;
+  gates.extra_sigma_m = 0.02f;
+  gates.photometric_m = 0.01f;
+  expectAgreement(gates);
+}
+
+TEST(PointResiduals, aFixedBrightnessGateLetsOnlyThatMuchDepthDiffer) {
+  const Pair pair = pairOf(Scene::room(), true);
+  const ReferencePoints& points = pair.reference.levels.back();
+  PointResiduals residuals;
+  AssociationGates gates;
+  gates.extra_sigma_m = 0.02f;
+  const size_t by_noise = evaluateResiduals(points, pair.frame[1], kT_ref_cur, gates, {}, {}, residuals).photometric;
+  gates.photometric_m = 0.07f;
+  const size_t at_7_cm = evaluateResiduals(points, pair.frame[1], kT_ref_cur, gates, {}, {}, residuals).photometric;
+  gates.photometric_m = 0.002f;
+  const size_t at_2_mm = evaluateResiduals(points, pair.frame[1], kT_ref_cur, gates, {}, {}, residuals).photometric;
+  EXPECT_LT(at_2_mm, at_7_cm);
+  EXPECT_LE(at_7_cm, by_noise);
 }
 
 TEST(PointResiduals, normalEquationsAreTheSumOfTheRows) {
@@ -156,7 +184,7 @@ TEST(Constraints, noiseOnAWallHoldsNothing) {
   PointResiduals residuals;
   evaluateResiduals(points, pair.frame[1], kT_ref_cur, {}, {}, {}, residuals);
   residuals.wp.assign(residuals.wp.size(), 0);
-  const Matrix6d shared = sumConstraints(points, pair.frame[1], kT_ref_cur, {}, residuals);
+  const Matrix6d shared = sumConstraints(points, pair.frame[1], kT_ref_cur, {}, 0, residuals);
   const Matrix6d naive = sumNormalEquations(points.x.size(), residuals).a;
   EXPECT_LT(weakest(shared), 0.2 * weakest(naive));
 }
@@ -167,7 +195,7 @@ TEST(Constraints, ofACleanRoomAreThoseOfTheNormalEquations) {
   PointResiduals residuals;
   evaluateResiduals(points, pair.frame[1], kT_ref_cur, {}, {}, {}, residuals);
   residuals.wp.assign(residuals.wp.size(), 0);
-  const Matrix6d shared = sumConstraints(points, pair.frame[1], kT_ref_cur, {}, residuals);
+  const Matrix6d shared = sumConstraints(points, pair.frame[1], kT_ref_cur, {}, 0, residuals);
   const Matrix6d naive = sumNormalEquations(points.x.size(), residuals).a;
   EXPECT_LT((shared - naive).norm(), 0.1 * naive.norm());
 }
