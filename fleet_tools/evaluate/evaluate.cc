@@ -1,16 +1,17 @@
 #include "fleet_tools/evaluate/evaluate.h"
 
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <set>
 
+#include "fleet_tools/evaluate/errors_csv.h"
 #include "fleet_tools/evaluate/evaluate_paper.h"
 #include "fleet_tools/evaluate/surface_seen.h"
 #include "fleet_tools/replay/run_folder.h"
 #include "mapping_core/store/map_store.h"
 #include "protocol/codec/keyframe_codec.h"
 #include "protocol/types/ids.h"
+#include "protocol/types/whole_file.h"
 
 namespace comap {
 namespace {
@@ -21,24 +22,6 @@ using nlohmann::json;
 constexpr uintmax_t kMaxReport_bytes = uintmax_t{64} << 20;
 
 std::string reportPath(const std::string& run) { return (fs::path(run) / "report.json").string(); }
-
-Result<json> readReport(const std::string& run) {
-  const std::string path = reportPath(run);
-  std::error_code problem;
-  const auto size = fs::file_size(path, problem);
-  if (problem) return Error{ErrorCode::kUnreachable, path + ": cannot be read: " + problem.message()};
-  if (size > kMaxReport_bytes) return Error{ErrorCode::kBadData, path + ": is larger than 64 MiB"};
-  std::ifstream file(path);
-  json report = json::parse(file, nullptr, false);
-  if (!report.is_object()) return Error{ErrorCode::kBadData, path + ": is not a JSON object"};
-  if (!report.contains("robots") || !report["robots"].is_object()) {
-    return Error{ErrorCode::kBadData, path + ": has no object 'robots'"};
-  }
-  for (const auto& [name, robot] : report["robots"].items()) {
-    if (!robot.is_object()) return Error{ErrorCode::kBadData, path + ": robots." + name + " is not an object"};
-  }
-  return report;
-}
 
 std::string mapOf(const json& robot) {
   const auto map = robot.find("map");
@@ -122,6 +105,24 @@ json toJson(const std::optional<Rpe>& rpe) {
 }
 
 }  // namespace
+
+Result<json> readReport(const std::string& run) {
+  const std::string path = reportPath(run);
+  std::error_code problem;
+  const auto size = fs::file_size(path, problem);
+  if (problem) return Error{ErrorCode::kUnreachable, path + ": cannot be read: " + problem.message()};
+  if (size > kMaxReport_bytes) return Error{ErrorCode::kBadData, path + ": is larger than 64 MiB"};
+  std::ifstream file(path);
+  json report = json::parse(file, nullptr, false);
+  if (!report.is_object()) return Error{ErrorCode::kBadData, path + ": is not a JSON object"};
+  if (!report.contains("robots") || !report["robots"].is_object()) {
+    return Error{ErrorCode::kBadData, path + ": has no object 'robots'"};
+  }
+  for (const auto& [name, robot] : report["robots"].items()) {
+    if (!robot.is_object()) return Error{ErrorCode::kBadData, path + ": robots." + name + " is not an object"};
+  }
+  return report;
+}
 
 Result<TrajectoryEvaluation> evaluateTrajectory(const std::string& trajectory, const std::string& truth) {
   auto estimate = readTrajectory(trajectory);
@@ -231,13 +232,9 @@ Result<json> updateReport(const std::string& run, const RunEvaluation& evaluatio
   report["closures"] = evaluation.closures ? toJson(*evaluation.closures) : json(nullptr);
   if (!evaluation.closures) report["closures_reason"] = evaluation.closures_reason;
 
-  const std::string path = reportPath(run), fresh = path + ".new";
-  std::ofstream file(fresh, std::ios::binary);
-  file << report.dump(2) << "\n";
-  file.close();
-  std::error_code problem;
-  if (file) fs::rename(fresh, path, problem);
-  if (!file || problem) return Error{ErrorCode::kUnreachable, path + ": cannot be written"};
+  if (auto written = writeWholeFile(run + "/errors.csv", errorsCsv(poseErrors(evaluation))); !written)
+    return written.error();
+  if (auto written = writeWholeFile(reportPath(run), report.dump(2) + "\n"); !written) return written.error();
   return report;
 }
 

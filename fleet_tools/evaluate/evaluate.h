@@ -46,14 +46,18 @@ struct RunTruth {
   std::string surface;                              ///< PLY, empty = none
 };
 
+/// run/report.json, an object with an object `robots` of objects. kUnreachable or kBadData otherwise.
+Result<nlohmann::json> readReport(const std::string& run);
+
 /// Reads run/report.json, run/<robot>.trajectory.txt for each robot of `truth`, run/map.comap and run/map.ply
 /// if there are.
 /// Robots share the joint alignment only if the report has them in one map; else joint and surface are left out, with
 /// the reason. Surface points are aligned by the joint alignment.
 Result<RunEvaluation> evaluateRun(const std::string& run, const RunTruth& truth, int threads);
 
-/// Adds the results to run/report.json (all else in it stays) by replacing the file as a whole, and returns what it now
-/// says: robots.<name>.ate_rmse_m and more, joint_ate_rmse_m, surface.
+/// Adds the results to run/report.json (all else in it stays) by replacing the file as a whole, writes each pose's
+/// error into run/errors.csv, and returns what the report now says: robots.<name>.ate_rmse_m and more,
+/// joint_ate_rmse_m, surface.
 Result<nlohmann::json> updateReport(const std::string& run, const RunEvaluation& evaluation);
 
 /// The numbers of one trajectory under the report's names.

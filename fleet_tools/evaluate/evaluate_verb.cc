@@ -8,6 +8,7 @@
 #include "fleet_tools/command_line/verb.h"
 #include "fleet_tools/evaluate/evaluate.h"
 #include "fleet_tools/evaluate/evaluate_table.h"
+#include "fleet_tools/report/run_page.h"
 
 namespace comap {
 namespace {
@@ -129,6 +130,7 @@ int evaluateWhole(const EvaluateOptions& options) {
     if (!evaluation) return failWith(evaluation.error());
     auto report = updateReport(run, *evaluation);
     if (!report) return failWith(report.error());
+    if (auto written = writeRunPage(run); !written) return failWith(written.error());
     numbers.push_back(numbersOf(*evaluation));
     reports[run] = *report;
     if (runs.size() == 1 && !options.json) printRun(*evaluation);
@@ -155,10 +157,10 @@ void addEvaluateVerb(CLI::App& app, int& exit_code) {
       "              --surface data/flat/surface.ply\n"
       "          fleet evaluate --trajectory a.txt --truth data/flat/a/groundtruth.txt");
   auto options = std::make_shared<EvaluateOptions>();
-  verb->add_option(
-      "RUN", options->runs,
-      "Folders that fleet replay wrote; each one's report.json gets the numbers. Several (or one of replay "
-      "--seeds): a table with median and worst");
+  verb->add_option("RUN", options->runs,
+                   "Folders that fleet replay wrote; report.json, report.html and errors.csv get the results. Several "
+                   "(or one of replay "
+                   "--seeds): a table with median and worst");
   verb->add_option("--truth", options->truths, "NAME=FILE for each robot, or FILE with --trajectory (TUM format)")
       ->required();
   verb->add_option("--trajectory", options->trajectory, "One trajectory in the TUM format, instead of RUN");

@@ -14,4 +14,12 @@ std::vector<MapPoint> pointsOf(const Tile& tile) {
   return points;
 }
 
+std::vector<MapPoint> pointsOf(std::span<const Surfel> surfels) {
+  std::vector<MapPoint> points;
+  points.reserve(surfels.size());
+  for (const Surfel& surfel : surfels)
+    points.push_back({surfel.position, surfel.normal, surfel.colour, surfel.radius, surfel.confidence});
+  return points;
+}
+
 }  // namespace comap

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <set>
 
+#include "fleet_tools/export/map_points.h"
 #include "fleet_tools/replay/frames_csv.h"
-#include "fleet_tools/replay/run_map.h"
 #include "fleet_tools/replay/run_trajectory.h"
+#include "fleet_tools/report/map_pictures.h"
+#include "fleet_tools/report/run_page.h"
 #include "protocol/types/whole_file.h"
 
 namespace comap {
@@ -85,6 +87,13 @@ Json reportJson(const PaperCore& core, const PaperOutcome& outcome) {
   report["mode"] = "paper";
   for (uint32_t i = 0; i < outcome.robots.size(); ++i)
     report["robots"][outcome.robots[i].name] = robotJson(core, outcome.robots[i], i);
+  report["timeline"]["unit"] = "frame";
+  for (const PaperCamera& camera : core.cameras()) {
+    report["robots"][camera.name]["colour"] = camera.index;
+    if (!camera.log.empty())
+      report["timeline"]["robots"][camera.name] = {{"first", camera.log.front().tick},
+                                                   {"last", camera.log.back().tick}};
+  }
   report["maps"] = Json::array();
   for (const ReferenceFrame* map : core.maps())
     report["maps"].push_back({{"id", map->name},
@@ -127,18 +136,12 @@ Json reportJson(const PaperCore& core, const PaperOutcome& outcome) {
 }  // namespace
 
 Result<Json> writePaperOutputs(const ReplayOptions& options, const PaperCore& core, const PaperOutcome& outcome) {
-  std::vector<ReportTrajectory> plotted;
   std::vector<std::string> names;
   for (const PaperCamera& camera : core.cameras()) {
     std::vector<StampedPose> poses;
-    ReportTrajectory trajectory{camera.name, {}, core.frameOf(camera.index).name};
-    for (const LoggedPose& pose : camera.log) {
-      poses.push_back({pose.stamp_ns, pose.T_map_cam});
-      trajectory.positions.push_back(pose.T_map_cam.translation());
-    }
+    for (const LoggedPose& pose : camera.log) poses.push_back({pose.stamp_ns, pose.T_map_cam});
     if (auto written = writeTrajectory(options.out + "/" + camera.name + ".trajectory.txt", poses); !written)
       return written.error();
-    plotted.push_back(std::move(trajectory));
     names.push_back(camera.name);
   }
   if (auto written = writeWholeFile(options.out + "/frames.csv", framesCsv(core.records(), names)); !written)
@@ -152,24 +155,20 @@ Result<Json> writePaperOutputs(const ReplayOptions& options, const PaperCore& co
   std::vector<Surfel> surfels;
   for (const TimedSurfel& one : *timed)
     if (one.surfel.confidence >= core.options().fusion.stable_confidence) surfels.push_back(one.surfel);
-  if (auto written = writeMapPly(options.out + "/map.ply", surfels); !written) return written.error();
+  if (auto written = writePly(options.out + "/map.ply", pointsOf(surfels)); !written) return written.error();
   const Json report = reportJson(core, outcome);
   if (auto written = writeWholeFile(options.out + "/report.json", report.dump(2) + "\n"); !written)
     return written.error();
 
-  std::vector<ReportPicture> pictures;
   if (!surfels.empty()) {
     std::vector<Pose> T_map_cams;
     for (const PaperCamera& camera : core.cameras())
       if (&core.frameOf(camera.index) == largest)
         for (const LoggedPose& pose : camera.log) T_map_cams.push_back(pose.T_map_cam);
-    auto painted = paintMap(options.out, options.device, options.robots.size(), surfels, T_map_cams);
-    if (!painted) return painted.error();
-    pictures = std::move(*painted);
+    if (auto painted = paintMap(options.out, options.device, options.robots.size(), surfels, T_map_cams); !painted)
+      return painted.error();
   }
-  if (auto written = writeWholeFile(options.out + "/report.html", renderReportPage(report, pictures, plotted));
-      !written)
-    return written.error();
+  if (auto written = writeRunPage(options.out); !written) return written.error();
   return report;
 }
 

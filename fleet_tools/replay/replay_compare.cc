@@ -85,7 +85,9 @@ std::vector<ReportPicture> picturesOf(const std::string& out) {
     for (const char* mode : {"graph", "paper"}) {
       std::ifstream stream(out + "/" + mode + "/" + file, std::ios::binary);
       std::vector<uint8_t> bytes((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-      if (!bytes.empty()) pictures.push_back({std::string(mode) + " mode: " + title, std::move(bytes)});
+      if (!bytes.empty())
+        pictures.push_back(
+            {std::string(mode) + " mode: " + title, std::move(bytes), file != std::string_view("map.png")});
     }
   return pictures;
 }

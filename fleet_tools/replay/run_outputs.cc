@@ -4,10 +4,11 @@
 #include <set>
 
 #include "edge_agent/agent_config.h"
+#include "fleet_tools/export/map_points.h"
 #include "fleet_tools/replay/run_folder.h"
-#include "fleet_tools/replay/run_map.h"
 #include "fleet_tools/replay/run_trajectory.h"
-#include "fleet_tools/report/report_page.h"
+#include "fleet_tools/report/map_pictures.h"
+#include "fleet_tools/report/run_page.h"
 #include "mapping_core/service/core_config.h"
 #include "mapping_core/store/map_store.h"
 #include "mapping_core/tiles/tile_builder.h"
@@ -26,6 +27,7 @@ struct RunContent {
   std::map<MapId, MapStore::MapSize> sizes;
   std::map<MapId, std::set<std::string>> robots_of;
   std::map<MapId, size_t> keyframes_of;
+  std::vector<std::string> robots;  // in order of arrival, as contributor bits are given
 };
 
 Result<RunContent> readContent(const MapStore& store) {
@@ -46,6 +48,9 @@ Result<RunContent> readContent(const MapStore& store) {
   auto merges = store.merges();
   if (!merges) return merges.error();
   content.merges = std::move(*merges);
+  auto robots = store.robots();
+  if (!robots) return robots.error();
+  content.robots = std::move(*robots);
   auto sizes = store.mapSizes();
   if (!sizes) return sizes.error();
   content.sizes = std::move(*sizes);
@@ -108,10 +113,36 @@ uint64_t fnv1a(const std::string& text) {
   return hash;
 }
 
-Json reportJson(const ReplayOutcome& outcome, const RunContent& content, const std::map<MapId, uint64_t>& hashes) {
+// From the first keyframe of each robot that the core had to its last.
+Json timelineJson(const RunContent& content) {
+  Json robots = Json::object();
+  for (const auto& [id, keyframe] : content.keyframes) {
+    Json& span = robots[id.robot];
+    if (span.is_null()) span = {{"first", keyframe.arrival}, {"last", keyframe.arrival}};
+    span["first"] = std::min(span["first"].get<uint32_t>(), keyframe.arrival);
+    span["last"] = std::max(span["last"].get<uint32_t>(), keyframe.arrival);
+  }
+  return {{"unit", "keyframe"}, {"robots", robots}};
+}
+
+Json parametersJson(const ReplayOptions& options) {
+  Json parameters = {{"fern_seed", options.fern_seed},
+                     {"device", options.device},
+                     {"realtime", options.realtime},
+                     {"encrypted", !options.keys.empty()}};
+  for (const ReplayRobot& robot : options.robots) parameters["source"][robot.name] = robot.source;
+  return parameters;
+}
+
+Json reportJson(const ReplayOptions& options, const ReplayOutcome& outcome, const RunContent& content,
+                const std::map<MapId, uint64_t>& hashes) {
   Json report;
   for (const AgentReport& robot : outcome.robots)
     report["robots"][robot.robot] = robotJson(robot, content, largestMap(content, robot.robot));
+  for (size_t i = 0; i < content.robots.size(); ++i)
+    if (report["robots"].contains(content.robots[i])) report["robots"][content.robots[i]]["colour"] = i;
+  report["timeline"] = timelineJson(content);
+  report["parameters"] = parametersJson(options);
   report["maps"] = Json::array();
   for (const auto& [map, count] : content.keyframes_of) {
     const auto size = content.sizes.find(map);
@@ -131,7 +162,8 @@ Json reportJson(const ReplayOutcome& outcome, const RunContent& content, const s
                                 {"absorbed", merge.absorbed},
                                 {"robots", merge.robots},
                                 {"voters", voters},
-                                {"keyframes_ingested", merge.keyframes_ingested}});
+                                {"keyframes_ingested", merge.keyframes_ingested},
+                                {"undone", merge.undone.empty() ? Json() : Json(merge.undone)}});
   }
   Json refused = Json::object();
   size_t accepted = 0;
@@ -170,17 +202,11 @@ Result<Json> writeRunOutputs(const ReplayOptions& options, const ReplayOutcome& 
   const auto content = readContent(*store);
   if (!content) return content.error();
 
-  std::vector<ReportTrajectory> plotted;
   for (const AgentReport& robot : outcome.robots) {
     const auto poses =
         composeTrajectory(robot, largestMap(*content, robot.robot), content->keyframes, content->odometry_from);
     if (auto written = writeTrajectory(options.out + "/" + robot.robot + ".trajectory.txt", poses); !written)
       return written.error();
-    ReportTrajectory trajectory;
-    trajectory.robot = robot.robot;
-    trajectory.map = largestMap(*content, robot.robot);
-    for (const StampedPose& pose : poses) trajectory.positions.push_back(pose.pose.translation());
-    plotted.push_back(std::move(trajectory));
   }
 
   std::map<MapId, uint64_t> hashes;
@@ -192,22 +218,18 @@ Result<Json> writeRunOutputs(const ReplayOptions& options, const ReplayOutcome& 
     hashes[map] = hashTiles(*tiles);
     if (map == largest) surfels = surfelsOf(*tiles);
   }
-  if (auto written = writeMapPly(options.out + "/map.ply", surfels); !written) return written.error();
-  const Json report = reportJson(outcome, *content, hashes);
+  if (auto written = writePly(options.out + "/map.ply", pointsOf(surfels)); !written) return written.error();
+  const Json report = reportJson(options, outcome, *content, hashes);
   if (auto written = writeWholeFile(options.out + "/report.json", report.dump(2) + "\n"); !written)
     return written.error();
 
   std::vector<Pose> T_map_cams;
   for (const auto& [id, keyframe] : content->keyframes)
     if (keyframe.map == largest) T_map_cams.push_back(keyframe.T_map_cam);
-  std::vector<ReportPicture> pictures;
-  if (!surfels.empty()) {
-    auto painted = paintMap(options.out, options.device, options.robots.size(), surfels, T_map_cams);
-    if (!painted) return painted.error();
-    pictures = std::move(*painted);
-  }
-  const std::string page = renderReportPage(report, pictures, plotted);
-  if (auto written = writeWholeFile(options.out + "/report.html", page); !written) return written.error();
+  if (!surfels.empty())
+    if (auto painted = paintMap(options.out, options.device, options.robots.size(), surfels, T_map_cams); !painted)
+      return painted.error();
+  if (auto written = writeRunPage(options.out); !written) return written.error();
   return report;
 }
 

@@ -5,7 +5,7 @@
 #include "fleet_tools/command_line/text_table.h"
 #include "fleet_tools/evaluate/compare.h"
 #include "fleet_tools/report/html.h"
-#include "fleet_tools/report/report_style.h"
+#include "fleet_tools/report/report_page.h"
 
 namespace comap {
 namespace {
@@ -148,19 +148,15 @@ std::string timePlot(const RoundTimes& times) {
 }  // namespace
 
 std::string comparePage(const json& comparison, const std::vector<ReportPicture>& pictures, const RoundTimes& times) {
-  std::string page =
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<title>CoMap comparison</title>\n<style>";
-  page += kReportStyle;
-  page +=
-      "</style>\n</head>\n<body>\n<main>\n<h1>Graph mode and paper mode</h1>\n<p class=\"sub\">The same recordings, ";
+  std::string page = pageHead("Graph mode and paper mode") + "<p class=\"sub\">The same recordings, ";
   page += "once as keyframes into a graph, once as every frame into the method of \"Collaborative Dense SLAM\".</p>\n";
   page += words(comparison) + "<h2>Accuracy</h2>\n" + errors(comparison);
   page += "<h2>Cost</h2>\n" + costs(comparison);
   if (const std::string plot = timePlot(times); !plot.empty())
     page += "<h2>Time of each round in the paper mode</h2>\n" + plot;
-  if (!pictures.empty()) page += "<h2>Maps, and who contributed what</h2>\n" + pictureGallery(pictures);
+  std::map<std::string, size_t> robots;
+  for (const std::string& camera : times.cameras) robots.emplace(camera, robots.size());
+  if (!pictures.empty()) page += "<h2>Maps, and who contributed what</h2>\n" + pictureGallery(pictures, robots);
   return page + "</main>\n</body>\n</html>\n";
 }
 

@@ -2,12 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
 
 #include "fleet_tools/command_line/text_table.h"
+#include "fleet_tools/render/surfel_renderer.h"
+#include "fleet_tools/report/error_plot.h"
 #include "fleet_tools/report/html.h"
-#include "fleet_tools/report/report_plot.h"
+#include "fleet_tools/report/merge_timeline.h"
 #include "fleet_tools/report/report_style.h"
+#include "fleet_tools/report/svg.h"
+#include "fleet_tools/report/trajectory_plot.h"
 
 namespace comap {
 namespace {
@@ -72,6 +77,7 @@ std::string table(const std::vector<Column>& columns, const std::vector<json>& r
       numeric[c] = numeric[c] && looksNumeric(line.back());
     }
   }
+  if (std::none_of(used.begin(), used.end(), [](bool any) { return any; })) return "";
   std::string html = "<section class=\"box\"><table><thead><tr>";
   for (size_t c = 0; c < columns.size(); ++c) {
     if (used[c]) html += (numeric[c] ? "<th class=\"n\">" : "<th>") + columns[c].title + "</th>";
@@ -162,6 +168,11 @@ std::string plots(const std::vector<ReportTrajectory>& trajectories) {
   return html;
 }
 
+std::string errors(const std::vector<ReportTrajectory>& trajectories) {
+  const std::string plot = errorPlot(trajectories);
+  return plot.empty() ? "" : "<section class=\"box\">" + plot + "</section>\n";
+}
+
 std::string verdicts(const json& report) {
   struct Row {
     std::string name;
@@ -241,16 +252,45 @@ std::string rawReport(const json& report) {
 
 }  // namespace
 
-std::string pictureGallery(const std::vector<ReportPicture>& pictures) {
+std::map<std::string, size_t> robotColours(const json& report) {
+  std::map<std::string, size_t> colours;
+  for (const json& robot : robotRows(report)) {
+    const json* colour = find(robot, {"colour"});
+    const bool told = colour != nullptr && colour->is_number_integer() && *colour >= 0;
+    colours[robot["name"].get<std::string>()] = told ? colour->get<size_t>() : colours.size();
+  }
+  return colours;
+}
+
+std::string pictureGallery(const std::vector<ReportPicture>& pictures, const std::map<std::string, size_t>& robots) {
   if (pictures.empty()) return "";
+  std::string legend;
+  for (const auto& [name, colour] : robots) legend += legendEntry(colour, name);
   std::string html = "<div class=\"pictures\">\n";
   for (const ReportPicture& picture : pictures) {
     if (picture.png.empty()) continue;
     const std::string title = htmlEscape(picture.title);
     html += "<figure><img alt=\"" + title + "\" src=\"data:image/png;base64," + base64(picture.png) +
-            "\"><figcaption>" + title + "</figcaption></figure>\n";
+            "\"><figcaption>" + title;
+    if (picture.by_robot && robots.size() > 1)
+      html += "<span class=\"legend\">" + legend + "<span class=\"note\">mixed: seen by several</span></span>";
+    html += "</figcaption></figure>\n";
   }
   return html + "</div>\n";
+}
+
+std::string pageHead(const std::string& title) {
+  std::string html =
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
+      htmlEscape(title) + "</title>\n<style>" + kReportStyle;
+  for (size_t i = 0; i < 8; ++i) {
+    const Rgb c = robotColour(i);
+    char rule[64];
+    std::snprintf(rule, sizeof rule, ".c%zu{color:#%02x%02x%02x}", i, c.r, c.g, c.b);
+    html += rule;
+  }
+  return html + "</style>\n</head>\n<body>\n<main>\n<h1>" + htmlEscape(title) + "</h1>\n";
 }
 
 std::string renderReportPage(const json& report, const std::vector<ReportPicture>& pictures,
@@ -263,7 +303,9 @@ std::string renderReportPage(const json& report, const std::vector<ReportPicture
                                              {"frames without tracking", {"tracking_lost_frames"}},
                                              {"sent, MB", {"uplink_bytes"}, 1e-6, 1},
                                              {"sent, kB/s", {"uplink_bytes_per_s"}, 1e-3, 0},
-                                             {"trajectory error, mm", {"ate_rmse_m"}, 1000, 1}};
+                                             {"own error, mm", {"ate_rmse_m"}, 1000, 1},
+                                             {"joint error, mm", {"joint_ate_rmse_m"}, 1000, 1},
+                                             {"drift in 1 s, mm", {"rpe_1s", "translation_rmse_m"}, 1000, 1}};
   const std::vector<Column> map_columns = {{"map", {"id"}},
                                            {"robots", {"robots"}},
                                            {"keyframes", {"keyframes"}},
@@ -274,29 +316,44 @@ std::string renderReportPage(const json& report, const std::vector<ReportPicture
                                              {"absorbed", {"absorbed"}},
                                              {"robots", {"robots"}},
                                              {"votes", {"voters"}, 1, -1, true},
-                                             {"at keyframe", {"keyframes_ingested"}}};
+                                             {"at keyframe", {"keyframes_ingested"}},
+                                             {"at frame", {"tick"}},
+                                             {"taken back", {"undone"}}};
   const std::vector<Column> surface_columns = {{"mean, mm", {"accuracy_mean_m"}, 1000, 2},
                                                {"median, mm", {"accuracy_median_m"}, 1000, 2},
-                                               {"seen within 2 cm, %", {"completeness_2cm"}, 100, 1}};
+                                               {"90 % nearer than, mm", {"accuracy_p90_m"}, 1000, 2},
+                                               {"complete to 2 cm, %", {"completeness_2cm"}, 100, 1},
+                                               {"of what was seen, %", {"completeness_seen_2cm"}, 100, 1}};
+  const std::vector<Column> closure_columns = {{"accepted between robots", {"accepted"}},
+                                               {"right", {"right"}},
+                                               {"precision", {"precision"}, 1, 3},
+                                               {"keyframe recall", {"keyframe_recall"}, 1, 3},
+                                               {"false merges", {"false_merges"}},
+                                               {"still standing", {"false_merges_standing"}},
+                                               {"first right merge, s", {"first_merge_s"}, 1, 1}};
+  std::vector<json> closures;
+  if (const json* values = find(report, {"closures"}); values != nullptr && values->is_object())
+    closures.push_back(*values);
   std::vector<json> surface;
   if (const json* values = find(report, {"surface"}); values != nullptr && !values->empty()) surface.push_back(*values);
 
-  std::string page =
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<title>CoMap report</title>\n<style>";
-  page += kReportStyle;
-  page += "</style>\n</head>\n<body>\n<main>\n<h1>CoMap report</h1>\n<p class=\"sub\">";
+  const std::map<std::string, size_t> colours = robotColours(report);
+  std::string page = pageHead("CoMap report") + "<p class=\"sub\">";
   const std::string version = cell(find(report, {"version"})), device = cell(find(report, {"core", "device"}));
   page += "What the robots saw, how their maps became one, and what it cost.";
   if (!version.empty()) page += " Version " + version + (device.empty() ? "." : ", on " + device + ".");
   page += "</p>\n" + cards(report);
-  page += headed("Pictures", pictureGallery(pictures));
+  page += headed("Pictures", pictureGallery(pictures, colours));
   page += headed("Trajectories from above", plots(trajectories));
+  page += headed(find(report, {"joint_ate_rmse_m"}) != nullptr ? "Error over time, all robots aligned together"
+                                                               : "Error over time, each robot aligned by itself",
+                 errors(trajectories));
+  page += headed("When maps became one", mergeTimeline(report, colours));
   page += headed("Robots", table(robot_columns, robotRows(report)));
   page += headed("Maps", table(map_columns, arrayRows(report, "maps")));
   page += headed("Merges", table(merge_columns, arrayRows(report, "merges")));
   page += headed("Place matches", verdicts(report));
+  page += headed("Place matches against the truth", table(closure_columns, closures));
   page += headed("Surface", table(surface_columns, surface));
   page += headed("Timings", timings(report));
   page += headed("Parameters", parameters(report));

@@ -4,10 +4,8 @@
 namespace comap {
 
 inline constexpr const char* kReportStyle = R"css(
-:root{color-scheme:light dark;--bg:#f6f7f9;--card:#fff;--ink:#1a1f27;--soft:#5d6875;--line:#e1e5ea;--good:#187a45;--bad:#b3372a;
---c0:#2563c9;--c1:#c9571b;--c2:#1d8a5a;--c3:#8a3fb5;--c4:#b5860b;--c5:#c22f6d;--c6:#16808f;--c7:#6b6f2a}
-@media (prefers-color-scheme:dark){:root{--bg:#12151a;--card:#1b2027;--ink:#e8ecf1;--soft:#9aa6b4;--line:#2d343e;--good:#5cc98e;--bad:#f08a7d;
---c0:#7db0ff;--c1:#ff9d66;--c2:#5fd3a0;--c3:#cf95f5;--c4:#e6c04d;--c5:#ff85b3;--c6:#5ed0e0;--c7:#c9ce6a}}
+:root{color-scheme:light dark;--bg:#f6f7f9;--card:#fff;--ink:#1a1f27;--soft:#5d6875;--line:#e1e5ea;--good:#187a45;--bad:#b3372a;}
+@media (prefers-color-scheme:dark){:root{--bg:#12151a;--card:#1b2027;--ink:#e8ecf1;--soft:#9aa6b4;--line:#2d343e;--good:#5cc98e;--bad:#f08a7d;}}
 *{box-sizing:border-box}
 body{margin:0;background:var(--bg);color:var(--ink);font:15px/1.5 system-ui,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,sans-serif}
 main{max-width:1080px;margin:0 auto;padding:32px 20px 64px}
@@ -23,12 +21,12 @@ h3{font-size:14px;font-weight:600;color:var(--soft);margin:16px 0 6px;overflow-w
 .good{color:var(--good)}.bad{color:var(--bad)}
 section.box{padding:4px 16px;overflow-x:auto}
 table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}
-th{font-size:12.5px;font-weight:600;color:var(--soft);text-align:left;white-space:nowrap}
+th{font-size:12.5px;font-weight:600;color:var(--soft);text-align:left;vertical-align:bottom}
 th,td{padding:8px 14px 8px 0;border-bottom:1px solid var(--line);vertical-align:top}
 tr:last-child td{border-bottom:0}
 td.n,th.n{text-align:right}
 td.w{overflow-wrap:anywhere}
-.bar{height:9px;border-radius:5px;background:var(--c1);min-width:2px}.bar.ok{background:var(--good)}
+.bar{height:9px;border-radius:5px;background:var(--soft);min-width:2px}.bar.ok{background:var(--good)}
 .pictures{display:grid;grid-template-columns:repeat(auto-fit,minmax(320px,1fr));gap:16px}
 figure{margin:0;overflow:hidden}
 figure img{display:block;width:100%;height:auto;background:#0b0d10}
@@ -37,10 +35,13 @@ svg.plot{display:block;width:100%;height:auto}
 svg .grid line{stroke:var(--line);stroke-width:1}
 svg .axis text{fill:var(--soft);font-size:11px}
 svg polyline{fill:none;stroke:currentColor;stroke-width:2.2;stroke-linejoin:round;stroke-linecap:round}
+svg polyline.truth{stroke-width:1.4;stroke-dasharray:5 4;opacity:.8}
+svg .merge{color:var(--ink)}svg .merge line{stroke:currentColor;stroke-width:1.6}svg .merge text{fill:currentColor;font-size:12px}
+svg .undone{color:var(--bad)}svg .undone line{stroke-dasharray:4 4}
+figcaption .legend{margin:4px 0 0}
 svg circle{fill:var(--card);stroke:currentColor;stroke-width:2.2}svg rect{fill:currentColor}
 .legend{display:flex;flex-wrap:wrap;gap:6px 20px;margin:10px 0;color:var(--soft);font-size:13.5px}
 .legend i{display:inline-block;width:18px;height:4px;border-radius:2px;background:currentColor;margin-right:7px;vertical-align:middle}
-.c0{color:var(--c0)}.c1{color:var(--c1)}.c2{color:var(--c2)}.c3{color:var(--c3)}.c4{color:var(--c4)}.c5{color:var(--c5)}.c6{color:var(--c6)}.c7{color:var(--c7)}
 pre{overflow:auto;font:12.5px/1.45 ui-monospace,Menlo,Consolas,monospace;margin:8px 0}
 summary{cursor:pointer;padding:8px 0;color:var(--soft)}
 @media print{body{background:#fff}.card,section.box,figure{break-inside:avoid}}

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "fleet_tools/evaluate/errors_csv.h"
+#include "fleet_tools/report/run_page.h"
 #include "tests/files/temporary_folder.h"
 
 namespace comap {
@@ -79,6 +81,48 @@ TEST_F(EvaluateTest, TheReportKeepsWhatItHadAndGainsTheNumbers) {
   EXPECT_NEAR(report["surface"]["accuracy_mean_m"].get<double>(), 0.005, 1e-6);
   EXPECT_NEAR(report["surface"]["accuracy_median_m"].get<double>(), 0.005, 1e-6);
   EXPECT_EQ(report["surface"]["completeness_2cm"], 1.0);
+}
+
+TEST_F(EvaluateTest, EachPosesErrorIsWrittenUnderTheJointAlignment) {
+  auto evaluation = evaluate();
+  ASSERT_TRUE(evaluation) << evaluation.error().text;
+  ASSERT_TRUE(updateReport(folder_ / "run", *evaluation));
+  const auto errors = readErrorsCsv(folder_ / "run/errors.csv");
+  ASSERT_TRUE(errors) << errors.error().text;
+  ASSERT_EQ(errors->size(), 2u);
+  ASSERT_EQ(errors->at("b").size(), 6u);
+  for (const PoseError& pose : errors->at("b")) EXPECT_NEAR(pose.error_m, 0.2, 1e-6);
+  EXPECT_EQ(errors->at("a")[3].stamp_ns, 3'000'000'000);
+  EXPECT_NEAR(errors->at("a")[0].true_position_m.x(), 6.2, 1e-5) << "in the map's frame, 0.2 m from the truth's";
+}
+
+TEST_F(EvaluateTest, ABadFileOfErrorsIsRefusedWithItsLine) {
+  const std::string path = folder_ / "errors.csv", head = "robot,stamp_ns,error_m,true_x_m,true_y_m,true_z_m\n";
+  for (const char* bad :
+       {"a,1,2,3,4", "a,x,0,0,0,0", "a,1,nan,0,0,0", "a,1,0,0,0,0x", ",1,0,0,0,0", "../a,1,0,0,0,0"}) {
+    folder_.write("errors.csv", head + "a,0,0,0,0,0\n" + bad + "\n");
+    const auto errors = readErrorsCsv(path);
+    ASSERT_FALSE(errors) << bad;
+    EXPECT_EQ(errors.error().code, ErrorCode::kBadData);
+    EXPECT_NE(errors.error().text.find(path + ": line 3"), std::string::npos) << errors.error().text;
+  }
+  EXPECT_EQ(readErrorsCsv(folder_ / "none.csv").error().code, ErrorCode::kUnreachable);
+}
+
+TEST_F(EvaluateTest, ThePageOfARunGainsWhatWasMeasured) {
+  const std::string run = folder_ / "run";
+  ASSERT_TRUE(writeRunPage(run));
+  const std::string before = folder_.read("run/report.html");
+  EXPECT_NE(before.find("Trajectories from above"), std::string::npos);
+  EXPECT_EQ(before.find("Error over time"), std::string::npos);
+  auto evaluation = evaluate();
+  ASSERT_TRUE(evaluation) << evaluation.error().text;
+  ASSERT_TRUE(updateReport(run, *evaluation));
+  ASSERT_TRUE(writeRunPage(run));
+  const std::string after = folder_.read("run/report.html");
+  EXPECT_NE(after.find("Error over time, all robots aligned together"), std::string::npos);
+  EXPECT_NE(after.find("200.0 mm"), std::string::npos) << "the joint error";
+  EXPECT_NE(after.find("class=\"truth\""), std::string::npos);
 }
 
 TEST_F(EvaluateTest, EvaluatesOnlyWhatTheTrajectoryHolds) {

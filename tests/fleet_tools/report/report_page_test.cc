@@ -37,6 +37,13 @@ json fullReport() {
                        {"robots", {"alpha", "bravo"}},
                        {"voters", {"bravo/9/31", "bravo/9/44"}},
                        {"keyframes_ingested", 75}}};
+  report["merges"].push_back({{"number", 2}, {"robots", {"alpha"}}, {"keyframes_ingested", 90}, {"undone", "no"}});
+  report["timeline"] = {
+      {"unit", "keyframe"},
+      {"robots", {{"alpha", {{"first", 0}, {"last", 160}}}, {"bravo", {{"first", 5}, {"last", 167}}}}}};
+  report["robots"]["alpha"]["colour"] = 1;
+  report["robots"]["bravo"]["colour"] = 0;
+  report["closures"] = {{"accepted", 31}, {"right", 31}, {"precision", 1.0}, {"false_merges", 0}};
   report["verdicts"] = {{"accepted", 42}, {"refused", {{"inlier_ratio", 17}, {"degenerate", 5}, {"round_trip", 9}}}};
   report["core"] = {{"keyframe_ms", {{"median", 210.0}, {"p95", 380.0}}}, {"device", "llvmpipe"}, {"peak_rss_mb", 640}};
   report["joint_ate_rmse_m"] = 0.0187;
@@ -49,11 +56,15 @@ json fullReport() {
 }
 
 std::vector<ReportTrajectory> circles() {
-  std::vector<ReportTrajectory> result = {{"alpha", {}, "m"}, {"bravo", {}, "m"}};
+  std::vector<ReportTrajectory> result = {{"alpha", {}, "m", 1}, {"bravo", {}, "m", 0}};
   for (int i = 0; i < 700; ++i) {
     const double a = i * 0.01;
     result[0].positions.push_back({2 * std::cos(a), 0.1 * std::sin(5 * a), 1.5 * std::sin(a)});
     result[1].positions.push_back({1 + std::cos(a), 0, 0.3 * a - std::sin(2 * a)});
+    for (ReportTrajectory& robot : result) {
+      robot.truth.push_back(robot.positions.back() + Eigen::Vector3d(0.02, 0, 0.01 * a));
+      robot.errors.push_back({1e9 + i / 30.0, 0.001 * (2 + std::sin(a))});
+    }
   }
   return result;
 }
@@ -92,6 +103,59 @@ TEST(ReportPage, tellsEverythingOfAFullReport) {
     EXPECT_NE(page.find(word), std::string::npos) << word;
   }
   if (const char* keep = std::getenv("COMAP_REPORT_PAGE")) std::ofstream(keep) << page;
+}
+
+TEST(ReportPage, aRobotHasOneColourEverywhere) {
+  const std::vector<uint8_t> png = {1};
+  const std::string page = renderReportPage(fullReport(), {{"contribution", png, true}}, circles());
+  EXPECT_EQ(page.find("<span class=\"c0\"><i></i>alpha"), std::string::npos);
+  EXPECT_EQ(page.find("<g class=\"c0\"><title>alpha"), std::string::npos);
+  const auto count = [&](const std::string& text) {
+    size_t found = 0;
+    for (size_t at = page.find(text); at != std::string::npos; at = page.find(text, at + 1)) ++found;
+    return found;
+  };
+  EXPECT_EQ(count("<span class=\"c1\"><i></i>alpha"), 3u) << "legends of picture, trajectories, errors";
+  EXPECT_EQ(count("<g class=\"c1\"><title>alpha"), 3u) << "trajectories, errors, timeline";
+  EXPECT_NE(page.find(".c0{color:#e6553c}"), std::string::npos) << "the pictures' own colours";
+}
+
+TEST(ReportPage, theTruthIsDrawnWhereItIsKnown) {
+  std::vector<ReportTrajectory> robots = circles();
+  EXPECT_NE(renderReportPage(fullReport(), {}, robots).find("class=\"truth\""), std::string::npos);
+  for (ReportTrajectory& robot : robots) {
+    robot.truth.clear();
+    robot.errors.clear();
+  }
+  const std::string without = renderReportPage(fullReport(), {}, robots);
+  EXPECT_EQ(without.find("class=\"truth\""), std::string::npos);
+  EXPECT_EQ(without.find("Error over time"), std::string::npos);
+}
+
+TEST(ReportPage, aLineOfErrorsIsBrokenWhereTheRobotWasLost) {
+  const auto lines = [](double gap_s) {
+    ReportTrajectory robot{"a", {}, "m"};
+    for (int i = 0; i < 20; ++i) robot.errors.push_back({i / 10.0 + (i < 10 ? 0 : gap_s), 0.01});
+    const std::string page = renderReportPage(json(), {}, {robot});
+    size_t found = 0;
+    for (size_t at = page.find("<polyline"); at != std::string::npos; at = page.find("<polyline", at + 1)) ++found;
+    return found;
+  };
+  EXPECT_EQ(lines(0), 1u);
+  EXPECT_EQ(lines(5), 2u);
+}
+
+TEST(ReportPage, mergesStandOnTheTimelineAndThoseTakenBackAreMarked) {
+  const std::string page = renderReportPage(fullReport(), {}, {});
+  EXPECT_NE(page.find("When maps became one"), std::string::npos);
+  EXPECT_NE(page.find("<g class=\"merge\">"), std::string::npos);
+  EXPECT_NE(page.find("<g class=\"merge undone\">"), std::string::npos);
+}
+
+TEST(ReportPage, aTableOfNothingIsNotShown) {
+  json report = fullReport();
+  report["surface"] = {{"accuracy_mean_m", nullptr}, {"completeness_2cm", nullptr}};
+  EXPECT_EQ(renderReportPage(report, {}, {}).find("<h2>Surface"), std::string::npos);
 }
 
 TEST(ReportPage, loadsNothingFromAnywhere) {
@@ -148,8 +212,13 @@ TEST(ReportPage, plotsOnlyWhatIsFinite) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::string none = renderReportPage(json(), {}, {{"a", {{nan, 0, 0}}, ""}, {"b", {}, ""}});
   EXPECT_EQ(none.find("<svg"), std::string::npos);
-  const std::string some =
-      renderReportPage(json(), {}, {{"a", {{nan, 0, 0}, {1, 0, 1}, {1e300, 0, 0}, {2, 0, 2}}, ""}});
+  const std::string some = renderReportPage(json(), {},
+                                            {{"a",
+                                              {{nan, 0, 0}, {1, 0, 1}, {1e300, 0, 0}, {2, 0, 2}},
+                                              "",
+                                              0,
+                                              {{nan, nan, nan}},
+                                              {{nan, 1}, {1, nan}, {1, 1e300}, {2, 0.1}, {1e200, 1}}}});
   EXPECT_NE(some.find("<svg"), std::string::npos);
   EXPECT_EQ(some.find("nan"), std::string::npos);
   EXPECT_EQ(some.find("inf"), std::string::npos);

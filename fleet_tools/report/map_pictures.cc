@@ -1,9 +1,9 @@
-#include "fleet_tools/replay/run_map.h"
+#include "fleet_tools/report/map_pictures.h"
 
+#include <filesystem>
 #include <fstream>
 
 #include "edge_agent/capture/image_file.h"
-#include "fleet_tools/export/ply.h"
 #include "fleet_tools/render/surfel_renderer.h"
 
 namespace comap {
@@ -30,34 +30,34 @@ Result<std::vector<uint8_t>> readBytes(const std::string& path) {
 
 }  // namespace
 
-Result<void> writeMapPly(const std::string& path, std::span<const Surfel> surfels) {
-  std::vector<MapPoint> points;
-  points.reserve(surfels.size());
-  for (const Surfel& surfel : surfels)
-    points.push_back({surfel.position, surfel.normal, surfel.colour, surfel.radius, surfel.confidence});
-  return writePly(path, points);
-}
-
-Result<std::vector<ReportPicture>> paintMap(const std::string& folder, const std::string& device_choice, size_t robots,
-                                            const std::vector<Surfel>& surfels, const std::vector<Pose>& T_map_cams) {
+Result<void> paintMap(const std::string& folder, const std::string& device_choice, size_t robots,
+                      const std::vector<Surfel>& surfels, const std::vector<Pose>& T_map_cams) {
   gpu::DeviceOptions device_options;
   device_options.choice = device_choice;
   device_options.cache_directory = gpu::defaultCacheDirectory();
   auto device = gpu::Device::create(device_options);
   if (!device) return device.error();
   const Eigen::Vector3d up = upDirection(surfels, T_map_cams);
-  std::vector<ReportPicture> pictures;
   for (const Picture& picture : kPictures) {
     const PictureView view = picture.from_above ? topView(surfels, up, kPictureWidth, kPictureHeight)
                                                 : orbitView(surfels, up, kPictureWidth, kPictureHeight);
     const bool legend = picture.colouring == Colouring::kContribution;
     auto image = renderPicture(*device, surfels, view, picture.colouring, legend ? robots : 0);
     if (!image) return image.error();
+    if (auto written = writeColourPng(folder + "/" + picture.name, *image); !written) return written.error();
+  }
+  return {};
+}
+
+Result<std::vector<ReportPicture>> readMapPictures(const std::string& folder) {
+  std::vector<ReportPicture> pictures;
+  for (const Picture& picture : kPictures) {
     const std::string path = folder + "/" + picture.name;
-    if (auto written = writeColourPng(path, *image); !written) return written.error();
+    std::error_code problem;
+    if (!std::filesystem::exists(path, problem)) continue;
     auto bytes = readBytes(path);
     if (!bytes) return bytes.error();
-    pictures.push_back({picture.title, std::move(*bytes)});
+    pictures.push_back({picture.title, std::move(*bytes), picture.colouring == Colouring::kContribution});
   }
   return pictures;
 }

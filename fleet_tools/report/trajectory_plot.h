@@ -8,8 +8,8 @@
 
 namespace comap {
 
-/// One plot of trajectories in one frame: x to the right, z up, equal scales, a grid in metres, a legend.
-/// Empty if no trajectory has a finite position. Colours are the classes c0 to c7 of the page.
+/// One plot of trajectories in one frame: x to the right, z up, equal scales, a grid in metres, a legend; the truth
+/// dashed. Empty if no trajectory has a finite position. Colours are the classes of the page.
 std::string trajectoryPlot(std::span<const ReportTrajectory* const> trajectories);
 
 }  // namespace comap
