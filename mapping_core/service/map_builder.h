@@ -122,6 +122,12 @@ class MapBuilder {
     std::vector<uint32_t> overruled;
   };
 
+  // Where another map may lie in one that is to be joined with a third.
+  struct Rival {
+    KeyframeId anchor;
+    Pose T_map_other;
+  };
+
   Result<void> place(const Keyframe& keyframe, uint32_t robot_index);
   Result<std::vector<MatchVerdict>> match(const Keyframe& keyframe);
   std::vector<std::pair<KeyframeId, Pose>> othersIn(const MapId& map, const KeyframeId& id) const;
@@ -130,6 +136,8 @@ class MapBuilder {
   Result<void> close(const Closure& closure, MapChange& change);
   void doomOverruled(const SolvedMap& solved);
   Result<double> weighMerge(const std::vector<Closure>& closures);
+  std::vector<Rival> alternatives(const KeyframeId& anchor, const KeyframeId& joined) const;
+  Result<bool> hasRival(const std::vector<Closure>& closures);
   Result<std::vector<uint32_t>> partedBetween(const KeyframeId& a, const KeyframeId& b) const;
   Result<std::vector<PlacedSketch>> sketchesOf(const KeyframeId& anchor);
   Result<MergeRecord> merge(const std::vector<Closure>& closures);

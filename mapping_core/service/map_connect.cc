@@ -91,6 +91,17 @@ Result<void> MapBuilder::propose(const MatchVerdict& verdict, MapChange& change)
     }
     return {};
   }
+  const auto rival = hasRival(*agreed);
+  if (!rival) return rival.error();
+  if (*rival) {
+    // Its voters wait: more views of these maps will refute one of the two.
+    for (const Closure& voter : *agreed) votes_.keep(voter);
+    MatchVerdict refusal = verdict;
+    refusal.accepted = false;
+    refusal.reason = "rival";
+    change.verdicts.push_back(refusal);
+    return store_.addVerdict(refusal);
+  }
   auto record = merge(*agreed);
   if (!record) return record.error();
   change.merges.push_back(*record);

@@ -57,7 +57,8 @@ Result<void> MapBuilder::restore() {
   return watchStanding();
 }
 
-// Accepted, but no edge, neither one that holds nor one that was withdrawn, and not refused as a vote: still one.
+// Accepted, but no edge, neither one that holds nor one that was withdrawn, and not refused as a vote: still one. Those
+// that have a rival wait.
 Result<void> MapBuilder::restoreVotes() {
   std::set<Pair> decided;
   for (const Edge& edge : edges_)

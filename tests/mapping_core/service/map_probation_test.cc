@@ -18,21 +18,7 @@ MapBuilderOptions credulous(MapBuilderOptions options) {
   return options;
 }
 
-class MapProbation : public StoreTest {
- protected:
-  // As if the keyframes `sequence` of both robots had been matched, where `error` moves what robot `b` sees.
-  static void forgeMatch(MapStore& store, char a, char b, uint32_t sequence, const Pose& error = {},
-                         double information = 1e5) {
-    MatchVerdict verdict;
-    verdict.query = {std::string(1, b), 1, sequence};
-    verdict.candidate = {std::string(1, a), 1, sequence};
-    verdict.accepted = true;
-    verdict.reason = "accepted";
-    verdict.T_candidate_query = roomPose(a, sequence).inverse() * error * roomPose(b, sequence);
-    verdict.information = Matrix6d::Identity() * information;
-    ASSERT_TRUE(store.addVerdict(verdict));
-  }
-};
+class MapProbation : public StoreTest {};
 
 TEST_F(MapProbation, AForcedMergeOfTwoRoomsComesApartAndLeavesNoTrace) {
   COMAP_DEVICE_OR_SKIP(device);

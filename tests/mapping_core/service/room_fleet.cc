@@ -97,6 +97,17 @@ MapHashes finish(MapBuilder& builder) {
   return hashesOf(builder);
 }
 
+void forgeMatch(MapStore& store, char a, char b, uint32_t sequence, const Pose& error, double information) {
+  MatchVerdict verdict;
+  verdict.query = {std::string(1, b), 1, sequence};
+  verdict.candidate = {std::string(1, a), 1, sequence};
+  verdict.accepted = true;
+  verdict.reason = "accepted";
+  verdict.T_candidate_query = roomPose(a, sequence).inverse() * error * roomPose(b, sequence);
+  verdict.information = Matrix6d::Identity() * information;
+  ASSERT_TRUE(store.addVerdict(verdict));
+}
+
 MapHashes hashesOf(MapBuilder& builder) {
   MapHashes hashes;
   for (const KeyframeId& anchor : builder.components().anchors()) {

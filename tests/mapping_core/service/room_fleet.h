@@ -31,6 +31,9 @@ MapChange mapAll(MapBuilder& builder, MapStore& store, const std::string& robots
 std::vector<MergeRecord> mapTurns(MapBuilder& builder, MapStore& store, const std::string& robots, uint32_t first,
                                   uint32_t last);
 
+/// As if the keyframes `sequence` of both robots had been matched, where `error` moves what robot `b` sees.
+void forgeMatch(MapStore& store, char a, char b, uint32_t sequence, const Pose& error = {}, double information = 1e5);
+
 /// A map's name -> hash of its tiles.
 using MapHashes = std::map<MapId, uint64_t>;
 MapHashes hashesOf(MapBuilder& builder);
