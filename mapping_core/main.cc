@@ -12,7 +12,6 @@
 #include "mapping_core/service/core_metrics.h"
 #include "mapping_core/service/core_report.h"
 #include "mapping_core/service/ros2_map.h"
-#include "mapping_core/store/store_lock.h"
 #include "protocol/link/dds_link.h"
 #include "protocol/program/service_arguments.h"
 #include "protocol/types/whole_file.h"
@@ -112,12 +111,8 @@ int run(const Arguments& arguments) {
   device_options.cache_directory = gpu::defaultCacheDirectory();
   auto device = gpu::Device::create(device_options);
   if (!device) return failWith(device.error());
-  std::optional<StoreLock> lock;  // outlives the store
   auto store = MapStore::open(config->store, MapStore::Mode::kCreateOrOpen);
   if (!store) return failWith(store.error());
-  auto taken = StoreLock::take(config->store);
-  if (!taken) return failWith(taken.error());
-  lock.emplace(std::move(*taken));
   auto link = connectDds(config->link);
   if (!link) return failWith(link.error());
   std::optional<Ros2Map> ros2;

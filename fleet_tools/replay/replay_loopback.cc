@@ -2,14 +2,12 @@
 #include <chrono>
 #include <fstream>
 #include <memory>
-#include <optional>
 
 #include "edge_agent/agent.h"
 #include "edge_agent/capture/source_uri.h"
 #include "fleet_tools/replay/replay.h"
 #include "fleet_tools/replay/run_folder.h"
 #include "mapping_core/service/core_config.h"
-#include "mapping_core/store/store_lock.h"
 #include "protocol/link/loopback_link.h"
 
 namespace comap {
@@ -97,12 +95,8 @@ Result<ReplayOutcome> replayLoopback(const ReplayOptions& options, const ReplayP
   device_options.cache_directory = gpu::defaultCacheDirectory();
   auto device = gpu::Device::create(device_options);
   if (!device) return device.error();
-  std::optional<StoreLock> lock;  // outlives the store
   auto store = MapStore::open(storePathOf(options.out), MapStore::Mode::kCreateOrOpen);
   if (!store) return store.error();
-  auto taken = StoreLock::take(storePathOf(options.out));
-  if (!taken) return taken.error();
-  lock.emplace(std::move(*taken));
   const auto link = hub.connect(LinkRole::kCore);
   MappingService service(core.service, *link, *store, *device, logAs("core"));
 

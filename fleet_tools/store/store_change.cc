@@ -5,12 +5,10 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <optional>
 
 #include "fleet_tools/command_line/text_table.h"
 #include "mapping_core/service/core_config.h"
 #include "mapping_core/service/map_finish.h"
-#include "mapping_core/store/store_lock.h"
 #include "mapping_core/tiles/tile_builder.h"
 
 namespace comap {
@@ -52,12 +50,8 @@ Result<nlohmann::json> changeStore(const StoreChange& options, const std::functi
     if (!read) return read.error();
     config = std::move(*read);
   }
-  std::optional<StoreLock> lock;  // outlives the store
   auto store = MapStore::open(options.store, MapStore::Mode::kOpen);
   if (!store) return store.error();
-  auto taken = StoreLock::take(options.store);
-  if (!taken) return taken.error();
-  lock.emplace(std::move(*taken));
   gpu::DeviceOptions device_options;
   device_options.choice = options.device;
   auto device = gpu::Device::create(device_options);

@@ -4,9 +4,11 @@
 #include <zlib.h>
 
 #include <filesystem>
+#include <optional>
 
 #include "mapping_core/store/map_store_state.h"
 #include "mapping_core/store/schema.h"
+#include "mapping_core/store/store_lock.h"
 
 namespace comap {
 namespace {
@@ -55,6 +57,13 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
   // Absolute, so that no name has a meaning of its own to SQLite.
   const std::string absolute = fs::absolute(path).string();
   const int flags = mode == Mode::kReadOnly ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+  // Before anything is read: a store that another program writes must not be brought to a newer form under it.
+  std::optional<StoreLock> lock;
+  if (mode != Mode::kReadOnly) {
+    auto taken = StoreLock::take(absolute, mode == Mode::kCreateOrOpen);
+    if (!taken) return taken.error();
+    lock = std::move(*taken);
+  }
   Result<Database> database = Database::open(absolute, flags);
   if (!database) return database.error();
 
@@ -68,7 +77,7 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
                                           " is of an older release: mapping_core --store brings it to this one's, " +
                                           std::to_string(kStoreVersion)};
   if (mode == Mode::kReadOnly) {
-    return MapStore(std::make_unique<State>(std::move(*database), mode));
+    return MapStore(std::make_unique<State>(std::move(*database), std::move(lock)));
   }
   for (const char* pragma : {"PRAGMA journal_mode = WAL", "PRAGMA synchronous = FULL", "PRAGMA foreign_keys = ON"}) {
     if (Result<void> set = database->execute(pragma); !set) return set.error();
@@ -78,7 +87,7 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
   } else if (Result<void> migrated = migrateSchema(*database, storeMigrations()); !migrated) {
     return migrated.error();
   }
-  return MapStore(std::make_unique<State>(std::move(*database), mode));
+  return MapStore(std::make_unique<State>(std::move(*database), std::move(lock)));
 }
 
 StoreTransaction::StoreTransaction(std::unique_ptr<Transaction> transaction) : transaction_(std::move(transaction)) {}

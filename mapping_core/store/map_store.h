@@ -57,7 +57,8 @@ class StoreTransaction {
 class MapStore {
  public:
   enum class Mode { kCreateOrOpen, kOpen, kReadOnly };
-  /// kUnreachable if the file cannot be opened; kBadData if it is no map store or of another schema version.
+  /// kUnreachable if the file cannot be opened, or another program has it open to write and this one wants to, too;
+  /// kBadData if it is no map store or of another schema version. Writing includes bringing it to this version.
   static Result<MapStore> open(const std::string& path, Mode mode);
   MapStore(MapStore&&) noexcept;
   MapStore& operator=(MapStore&&) noexcept;

@@ -10,8 +10,8 @@
 
 namespace comap {
 
-Result<StoreLock> StoreLock::take(const std::string& path) {
-  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+Result<StoreLock> StoreLock::take(const std::string& path, bool create) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | (create ? O_CREAT : 0), 0644);
   if (file < 0) return Error{ErrorCode::kUnreachable, path + ": " + std::strerror(errno)};
   if (flock(file, LOCK_EX | LOCK_NB) != 0) {
     close(file);

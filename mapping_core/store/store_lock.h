@@ -7,12 +7,13 @@
 
 namespace comap {
 
-/// Held as long as this object lives, and let go by the system if the process dies. Take it after the store is opened
-/// and let go of it after the store is closed.
+/// Held as long as this object lives, and let go by the system if the process dies. Whoever reads the file through
+/// SQLite takes it before the file is opened and lets go of it after the file is closed.
 class StoreLock {
  public:
-  /// kUnreachable if another process, or another lock of this one, holds the store at `path`.
-  static Result<StoreLock> take(const std::string& path);
+  /// kUnreachable if another process, or another lock of this one, holds the store at `path`, or if there is none:
+  /// with `create`, an empty file is then made.
+  static Result<StoreLock> take(const std::string& path, bool create = false);
   StoreLock(StoreLock&& other) noexcept : file_(other.file_) { other.file_ = -1; }
   StoreLock& operator=(StoreLock&& other) noexcept;
   ~StoreLock();

@@ -258,18 +258,6 @@ TEST_F(MapStoreTest, aReaderSeesWhatAWriterAddsMeanwhile) {
   EXPECT_NE(refused.error().text.find("reading only"), std::string::npos) << refused.error().text;
 }
 
-TEST_F(MapStoreTest, twoWritersTakeTurns) {
-  auto one = create(), two = create();
-  ASSERT_TRUE(one);
-  ASSERT_TRUE(two);
-  for (uint32_t i = 0; i < 20; ++i) {
-    ASSERT_TRUE(*(i % 2 == 0 ? one : two)->addKeyframe(idOf(i), 0, bytesOf(i, 100)));
-  }
-  const auto keyframes = one->keyframes();
-  ASSERT_EQ(keyframes->size(), 20u);
-  for (uint32_t i = 0; i < 20; ++i) EXPECT_EQ((*keyframes)[i].arrival, i);
-}
-
 TEST_F(MapStoreTest, aClosedStoreIsOneFileAndReadingItLeavesNothingBehind) {
   {
     auto store = create();
