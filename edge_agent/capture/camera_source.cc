@@ -52,6 +52,8 @@ PairedOptions pairedOptions(const CameraConfig& config, CaptureLog log) {
   options.depth_is_registered = config.registration == "device";
   options.shrink = config.shrink;
   options.max_gap_ns = int64_t{config.pair_gap_ms} * 1'000'000;
+  options.hot_C = config.hot_celsius;
+  options.thermal_folder = config.thermal_folder;
   options.log = std::move(log);
   return options;
 }
@@ -119,7 +121,7 @@ std::vector<std::string> v4l2Found(VideoCalls& calls) {
       lines.push_back("v4l2 " + offer.error().text);
       continue;
     }
-    lines.push_back("v4l2 " + path + ": " + offer->card + " (" + offer->bus + ")");
+    lines.push_back("v4l2 " + path + ": " + offer->card + " (" + offer->bus + (offer->multi_plane ? ", multi-plane)" : ")"));
     for (const VideoMode& mode : offer->modes) lines.push_back("  " + toString(mode));
     std::string others;
     for (const std::string& name : offer->other_formats) others += " " + name;

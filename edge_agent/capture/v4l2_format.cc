@@ -120,20 +120,17 @@ Result<VideoOffer> askOffer(VideoCalls& calls, int descriptor, const std::string
   VideoOffer offer{path,
                    text(capability.card, sizeof capability.card),
                    text(capability.bus_info, sizeof capability.bus_info),
+                   (can & V4L2_CAP_VIDEO_CAPTURE) == 0,
                    {},
                    {}};
-  if ((can & V4L2_CAP_VIDEO_CAPTURE) == 0)
-    return Error{ErrorCode::kWrongUse,
-                 path + " (" + offer.card + "): gives no pictures" +
-                     ((can & V4L2_CAP_VIDEO_CAPTURE_MPLANE) != 0
-                          ? " through the single-plane interface, only through the multi-plane one"
-                          : "")};
+  if ((can & (V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE)) == 0)
+    return Error{ErrorCode::kWrongUse, path + " (" + offer.card + "): gives no pictures"};
   if ((can & V4L2_CAP_STREAMING) == 0)
     return Error{ErrorCode::kWrongUse, path + " (" + offer.card + "): does not stream, only reads"};
   for (uint32_t i = 0; i < kMostEntries; ++i) {
     v4l2_fmtdesc description{};
     description.index = i;
-    description.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    description.type = offer.multi_plane ? V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE : V4L2_BUF_TYPE_VIDEO_CAPTURE;
     if (calls.control(descriptor, VIDIOC_ENUM_FMT, &description) != 0) break;
     if (formatOf(description.pixelformat)) {
       askSizes(calls, descriptor, description.pixelformat, offer.modes);

@@ -23,6 +23,7 @@ struct VideoMode {
 
 struct VideoOffer {
   std::string path, card, bus;
+  bool multi_plane = false;  ///< spoken with through the interface for pictures in several planes; of these it has one
   std::vector<VideoMode> modes;
   std::vector<std::string> other_formats;  ///< names of those that are not understood here
 };

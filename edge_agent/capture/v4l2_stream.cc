@@ -5,6 +5,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <cerrno>
+#include <cstddef>
 #include <cstring>
 
 #include "edge_agent/capture/v4l2_controls.h"
@@ -21,6 +22,32 @@ struct Buffer {
   size_t length = 0;
 };
 
+// What the kernel is told of a buffer and tells of it, through either interface; of several planes the first is all.
+class BufferTalk {
+ public:
+  BufferTalk(uint32_t type, uint32_t index) : multi_plane_(type == V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE) {
+    buffer.type = type;
+    buffer.memory = V4L2_MEMORY_MMAP;
+    buffer.index = index;
+    if (!multi_plane_) return;
+    buffer.m.planes = &plane_;
+    buffer.length = 1;
+  }
+  BufferTalk(const BufferTalk&) = delete;
+  BufferTalk& operator=(const BufferTalk&) = delete;
+
+  uint32_t length() const { return multi_plane_ ? plane_.length : buffer.length; }
+  uint32_t offset() const { return multi_plane_ ? plane_.m.mem_offset : buffer.m.offset; }
+  size_t begin() const { return multi_plane_ ? plane_.data_offset : 0; }  // of the picture, after what precedes it
+  size_t end() const { return multi_plane_ ? plane_.bytesused : buffer.bytesused; }
+
+  v4l2_buffer buffer{};
+
+ private:
+  const bool multi_plane_;
+  v4l2_plane plane_{};
+};
+
 Error gone(const std::string& path, const std::string& doing, int failed) {
   return {ErrorCode::kUnreachable, path + ": " + doing + ": " + std::strerror(-failed)};
 }
@@ -31,7 +58,7 @@ class V4l2Stream final : public PictureStream {
       : calls_(calls), path_(std::move(path)), descriptor_(descriptor) {}
 
   ~V4l2Stream() override {
-    int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    auto type = static_cast<int>(type_);
     if (streaming_) calls_.control(descriptor_, VIDIOC_STREAMOFF, &type);
     for (const Buffer& buffer : buffers_) calls_.unmap(buffer.memory, buffer.length);
     calls_.close(descriptor_);
@@ -43,13 +70,14 @@ class V4l2Stream final : public PictureStream {
     auto mode = chooseMode(*offer, wish);
     if (!mode) return mode.error();
     card_ = offer->card;
+    if (offer->multi_plane) type_ = V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE;
     if (auto set = setMode(*mode, wish.fps); !set) return set;
     if (auto set = setControls(calls_, descriptor_, path_, controls); !set) return set;
     v4l2_event_subscription changes{};
     changes.type = V4L2_EVENT_SOURCE_CHANGE;
     calls_.control(descriptor_, VIDIOC_SUBSCRIBE_EVENT, &changes);  // devices whose format never changes refuse
     if (auto shared = shareBuffers(); !shared) return shared;
-    int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    auto type = static_cast<int>(type_);
     if (const int failed = calls_.control(descriptor_, VIDIOC_STREAMON, &type); failed != 0)
       return gone(path_, "does not start", failed);
     streaming_ = true;
@@ -78,12 +106,17 @@ class V4l2Stream final : public PictureStream {
  private:
   Result<void> setMode(const VideoMode& mode, double fps) {
     v4l2_format format{};
-    format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    format.type = type_;
+    const bool multi_plane = type_ == V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE;
     v4l2_pix_format& pix = format.fmt.pix;
+    v4l2_pix_format_mplane& planes = format.fmt.pix_mp;  // size, format and field stand in the same places in both
+    static_assert(offsetof(v4l2_pix_format, pixelformat) == offsetof(v4l2_pix_format_mplane, pixelformat));
+    static_assert(offsetof(v4l2_pix_format, field) == offsetof(v4l2_pix_format_mplane, field));
     pix.width = static_cast<uint32_t>(mode.width);
     pix.height = static_cast<uint32_t>(mode.height);
     pix.pixelformat = mode.fourcc;
     pix.field = V4L2_FIELD_NONE;
+    if (multi_plane) planes.num_planes = 1;
     if (const int failed = calls_.control(descriptor_, VIDIOC_S_FMT, &format); failed != 0)
       return gone(path_, failed == -EBUSY ? "another program streams from it" : "refuses " + toString(mode), failed);
     if (pix.pixelformat != mode.fourcc || pix.width != static_cast<uint32_t>(mode.width) ||
@@ -96,19 +129,22 @@ class V4l2Stream final : public PictureStream {
       return Error{ErrorCode::kWrongUse,
                    path_ + ": gives " + toString(found) + " where " + toString(mode) + " was asked for"};
     }
+    if (multi_plane && planes.num_planes != 1)
+      return Error{ErrorCode::kWrongUse, path_ + ": gives " + toString(mode) + " in " +
+                                             std::to_string(planes.num_planes) + " planes, expected 1"};
     format_ = *mode.format;
     width_ = mode.width;
     height_ = mode.height;
-    stride_bytes_ = static_cast<int>(pix.bytesperline);
-    full_range_ = pix.quantization == V4L2_QUANTIZATION_FULL_RANGE;
+    stride_bytes_ = static_cast<int>(multi_plane ? planes.plane_fmt[0].bytesperline : pix.bytesperline);
+    full_range_ = (multi_plane ? planes.quantization : pix.quantization) == V4L2_QUANTIZATION_FULL_RANGE;
     v4l2_streamparm rate{};
-    rate.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    rate.type = type_;
     if (fps > 0) {
       rate.parm.capture.timeperframe = {1000, static_cast<uint32_t>(fps * 1000 + 0.5)};
       calls_.control(descriptor_, VIDIOC_S_PARM, &rate);  // one rate only is no fault; what holds is asked below
     }
     rate = {};
-    rate.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    rate.type = type_;
     if (calls_.control(descriptor_, VIDIOC_G_PARM, &rate) == 0 && rate.parm.capture.timeperframe.numerator > 0)
       fps_ = static_cast<double>(rate.parm.capture.timeperframe.denominator) / rate.parm.capture.timeperframe.numerator;
     return {};
@@ -117,7 +153,7 @@ class V4l2Stream final : public PictureStream {
   Result<void> shareBuffers() {
     v4l2_requestbuffers request{};
     request.count = kBuffers;
-    request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    request.type = type_;
     request.memory = V4L2_MEMORY_MMAP;
     if (const int failed = calls_.control(descriptor_, VIDIOC_REQBUFS, &request); failed != 0)
       return gone(path_, failed == -EBUSY ? "another program streams from it" : "gives no buffers", failed);
@@ -125,36 +161,30 @@ class V4l2Stream final : public PictureStream {
       return Error{ErrorCode::kUnreachable, path_ + ": gives " + std::to_string(request.count) +
                                                 " buffers, expected 2 to " + std::to_string(kMostBuffers)};
     for (uint32_t i = 0; i < request.count; ++i) {
-      v4l2_buffer buffer = bufferOf(i);
-      if (const int failed = calls_.control(descriptor_, VIDIOC_QUERYBUF, &buffer); failed != 0)
+      BufferTalk told(type_, i);
+      if (const int failed = calls_.control(descriptor_, VIDIOC_QUERYBUF, &told.buffer); failed != 0)
         return gone(path_, "does not tell of buffer " + std::to_string(i), failed);
-      if (buffer.length == 0 || buffer.length > kMostBufferBytes)
-        return Error{ErrorCode::kUnreachable, path_ + ": has buffers of " + std::to_string(buffer.length) + " bytes"};
-      void* memory = calls_.map(descriptor_, buffer.length, buffer.m.offset);
+      if (told.length() == 0 || told.length() > kMostBufferBytes)
+        return Error{ErrorCode::kUnreachable, path_ + ": has buffers of " + std::to_string(told.length()) + " bytes"};
+      void* memory = calls_.map(descriptor_, told.length(), told.offset());
       if (memory == nullptr) return gone(path_, "buffer " + std::to_string(i) + " cannot be mapped", -errno);
-      buffers_.push_back({static_cast<uint8_t*>(memory), buffer.length});
-      if (auto queued = queue(buffer); !queued) return queued;
+      buffers_.push_back({static_cast<uint8_t*>(memory), told.length()});
+      if (auto queued = queue(i); !queued) return queued;
     }
     return {};
   }
 
-  static v4l2_buffer bufferOf(uint32_t index) {
-    v4l2_buffer buffer{};
-    buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    buffer.memory = V4L2_MEMORY_MMAP;
-    buffer.index = index;
-    return buffer;
-  }
-
-  Result<void> queue(v4l2_buffer& buffer) {
-    if (const int failed = calls_.control(descriptor_, VIDIOC_QBUF, &buffer); failed != 0)
+  Result<void> queue(uint32_t index) {
+    BufferTalk told(type_, index);
+    if (const int failed = calls_.control(descriptor_, VIDIOC_QBUF, &told.buffer); failed != 0)
       return gone(path_, "takes no buffer back", failed);
     return {};
   }
 
   Result<std::optional<Picture>> dequeue() {
-    v4l2_buffer buffer = bufferOf(0);
-    const int failed = calls_.control(descriptor_, VIDIOC_DQBUF, &buffer);
+    BufferTalk told(type_, 0);
+    const v4l2_buffer& buffer = told.buffer;
+    const int failed = calls_.control(descriptor_, VIDIOC_DQBUF, &told.buffer);
     if (failed == -EAGAIN) return std::optional<Picture>();
     if (failed == -EIO) return Error{ErrorCode::kBadData, path_ + ": a picture was lost on the way"};
     if (failed != 0) return gone(path_, "gives no pictures", failed);
@@ -163,16 +193,16 @@ class V4l2Stream final : public PictureStream {
                                                 std::to_string(buffers_.size())};
     const Buffer& shared = buffers_[buffer.index];
     const bool damaged = (buffer.flags & V4L2_BUF_FLAG_ERROR) != 0;
-    const size_t used = buffer.bytesused;
+    const bool fits = told.begin() <= told.end() && told.end() <= shared.length;
     Picture picture{format_, width_, height_, stride_bytes_, full_range_, 0, buffer.sequence, {}};
     if ((buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC)
       picture.stamp_ns = int64_t{buffer.timestamp.tv_sec} * 1'000'000'000 + int64_t{buffer.timestamp.tv_usec} * 1000;
-    if (!damaged && used <= shared.length) picture.bytes.assign(shared.memory, shared.memory + used);
-    v4l2_buffer again = bufferOf(buffer.index);
-    if (auto queued = queue(again); !queued) return queued.error();
+    if (!damaged && fits) picture.bytes.assign(shared.memory + told.begin(), shared.memory + told.end());
+    if (auto queued = queue(buffer.index); !queued) return queued.error();
     if (damaged) return Error{ErrorCode::kBadData, path_ + ": the device says that a picture is damaged"};
-    if (used > shared.length)
-      return Error{ErrorCode::kBadData, path_ + ": a picture of " + std::to_string(used) + " bytes in a buffer of " +
+    if (!fits)
+      return Error{ErrorCode::kBadData, path_ + ": a picture of " + std::to_string(told.end()) + " bytes from byte " +
+                                            std::to_string(told.begin()) + " in a buffer of " +
                                             std::to_string(shared.length)};
     return std::optional<Picture>(std::move(picture));
   }
@@ -186,6 +216,7 @@ class V4l2Stream final : public PictureStream {
   VideoCalls& calls_;
   std::string path_, card_;
   int descriptor_;
+  uint32_t type_ = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   bool streaming_ = false;
   PixelFormat format_ = PixelFormat::kYuyv;
   int width_ = 0, height_ = 0, stride_bytes_ = 0;

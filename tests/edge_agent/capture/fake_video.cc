@@ -70,9 +70,27 @@ void FakeVideo::close(int descriptor) {
   opened_.erase(descriptor);
 }
 
+bool FakeVideo::isMultiPlane(const FakeDevice& device) {
+  return (device.capabilities & V4L2_CAP_VIDEO_CAPTURE_MPLANE) != 0;
+}
+
+uint32_t FakeVideo::typeOf(const FakeDevice& device) {
+  return isMultiPlane(device) ? V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE : V4L2_BUF_TYPE_VIDEO_CAPTURE;
+}
+
 int FakeVideo::setFormat(Opened& opened, v4l2_format& format) {
   FakeDevice& device = *opened.device;
   if (device.busy) return -EBUSY;
+  if (format.type != typeOf(device)) return -EINVAL;
+  if (isMultiPlane(device)) {
+    v4l2_pix_format_mplane& planes = format.fmt.pix_mp;
+    planes.num_planes = device.planes;
+    planes.plane_fmt[0].bytesperline = device.multi_plane_stride;
+    device.width = planes.width;
+    device.height = planes.height;
+    device.fourcc = planes.pixelformat;
+    return 0;
+  }
   v4l2_pix_format& pix = format.fmt.pix;
   if (device.forced_width != 0) pix.width = device.forced_width;
   const bool compressed = pix.pixelformat == V4L2_PIX_FMT_MJPEG;
@@ -99,7 +117,9 @@ int FakeVideo::dequeue(Opened& opened, v4l2_buffer& buffer) {
   opened.queued.pop_front();
   std::vector<uint8_t>& memory = opened.memory[buffer.index];
   std::copy_n(picture.bytes.begin(), std::min(picture.bytes.size(), memory.size()), memory.begin());
-  buffer.bytesused = picture.bytes_used != 0 ? picture.bytes_used : static_cast<uint32_t>(picture.bytes.size());
+  const uint32_t used = picture.bytes_used != 0 ? picture.bytes_used : static_cast<uint32_t>(picture.bytes.size());
+  (isMultiPlane(device) ? buffer.m.planes[0].bytesused : buffer.bytesused) = used;
+  if (isMultiPlane(device)) buffer.m.planes[0].data_offset = device.data_offset;
   buffer.flags = picture.flags;
   buffer.sequence = picture.sequence;
   buffer.timestamp.tv_sec = picture.stamp_ns / 1'000'000'000;
@@ -112,6 +132,12 @@ int FakeVideo::control(int descriptor, unsigned long request, void* argument) {
   Opened& opened = opened_.at(descriptor);
   if (gone(opened)) return -ENODEV;
   FakeDevice& device = *opened.device;
+  const bool buffers = request == VIDIOC_QUERYBUF || request == VIDIOC_QBUF || request == VIDIOC_DQBUF;
+  if (buffers) {
+    const auto& buffer = *static_cast<v4l2_buffer*>(argument);
+    if (buffer.type != typeOf(device) || (isMultiPlane(device) && (buffer.length != 1 || buffer.m.planes == nullptr)))
+      return -EINVAL;
+  }
   switch (request) {
     case VIDIOC_QUERYCAP: {
       auto& told = *static_cast<v4l2_capability*>(argument);
@@ -126,7 +152,7 @@ int FakeVideo::control(int descriptor, unsigned long request, void* argument) {
       std::vector<uint32_t> formats;
       for (const FakeMode& mode : device.modes)
         if (std::find(formats.begin(), formats.end(), mode.fourcc) == formats.end()) formats.push_back(mode.fourcc);
-      if (told.index >= formats.size()) return -EINVAL;
+      if (told.index >= formats.size() || told.type != typeOf(device)) return -EINVAL;
       told.pixelformat = formats[told.index];
       return 0;
     }
@@ -175,14 +201,15 @@ int FakeVideo::control(int descriptor, unsigned long request, void* argument) {
     case VIDIOC_REQBUFS: {
       auto& asked = *static_cast<v4l2_requestbuffers*>(argument);
       if (device.busy) return -EBUSY;
+      if (asked.type != typeOf(device)) return -EINVAL;
       opened.memory.assign(asked.count, std::vector<uint8_t>(device.buffer_bytes));
       return 0;
     }
     case VIDIOC_QUERYBUF: {
       auto& buffer = *static_cast<v4l2_buffer*>(argument);
       if (buffer.index >= opened.memory.size()) return -EINVAL;
-      buffer.length = device.buffer_bytes;
-      buffer.m.offset = buffer.index * device.buffer_bytes;
+      (isMultiPlane(device) ? buffer.m.planes[0].length : buffer.length) = device.buffer_bytes;
+      (isMultiPlane(device) ? buffer.m.planes[0].m.mem_offset : buffer.m.offset) = buffer.index * device.buffer_bytes;
       return 0;
     }
     case VIDIOC_QBUF: {
@@ -201,9 +228,11 @@ int FakeVideo::control(int descriptor, unsigned long request, void* argument) {
       return 0;
     }
     case VIDIOC_STREAMON:
+      if (*static_cast<int*>(argument) != static_cast<int>(typeOf(device))) return -EINVAL;
       device.streaming = true;
       return 0;
     case VIDIOC_STREAMOFF:
+      if (*static_cast<int*>(argument) != static_cast<int>(typeOf(device))) return -EINVAL;
       device.streaming = false;
       return 0;
     default:

@@ -36,6 +36,9 @@ struct FakeDevice {
   std::map<uint32_t, v4l2_queryctrl> controls;  ///< by id; default_value holds what was set last
   uint32_t buffer_bytes = 1 << 16;
   uint32_t forced_width = 0;        ///< the driver insists on this width
+  uint8_t planes = 1;               ///< of a device that speaks the multi-plane interface
+  uint32_t multi_plane_stride = 0;  ///< its bytes in a line
+  uint32_t data_offset = 0;         ///< and where its pictures begin
   bool busy = false;                ///< another program streams
   std::deque<FakePicture> waiting;  ///< pictures taken but not delivered yet
   std::deque<int> failures;         ///< errnos of the next dequeues
@@ -75,6 +78,8 @@ class FakeVideo final : public VideoCalls {
     std::deque<uint32_t> queued;
   };
   bool gone(const Opened& opened) const;
+  static bool isMultiPlane(const FakeDevice& device);
+  static uint32_t typeOf(const FakeDevice& device);
   int setFormat(Opened& opened, v4l2_format& format);
   int dequeue(Opened& opened, v4l2_buffer& buffer);
 

@@ -70,6 +70,41 @@ TEST(V4l2Stream, DeliversWhatTheDeviceTook) {
   EXPECT_EQ(video.mappings(), 0);
 }
 
+// As boards have it whose camera is part of the processor: Raspberry Pi, Rockchip.
+TEST(V4l2Stream, ADeviceWithTheMultiPlaneInterfaceAlone) {
+  FakeVideo video;
+  FakeDevice device = webcam();
+  device.capabilities = V4L2_CAP_VIDEO_CAPTURE_MPLANE | V4L2_CAP_STREAMING;
+  device.multi_plane_stride = 192;
+  device.data_offset = 64;
+  video.plug(kPath, device);
+  {
+    auto stream = open(video);
+    EXPECT_TRUE(video.look(kPath).streaming);
+    for (uint32_t i = 0; i < 10; ++i) {
+      auto bytes = grey(64 + 192 * 48, 7);
+      std::fill(bytes.begin() + 64, bytes.end(), static_cast<uint8_t>(100 + i));
+      video.deliver(kPath, {bytes, i, kSecond_ns + i * 1000});
+      const auto taken = stream->take(milliseconds(1000));
+      ASSERT_TRUE(taken && *taken);
+      EXPECT_EQ((*taken)->bytes, grey(192 * 48, static_cast<uint8_t>(100 + i)));
+      EXPECT_EQ((*taken)->stride_bytes, 192);
+      EXPECT_EQ((*taken)->sequence, i);
+    }
+    video.deliver(kPath, {grey(16), 10, kSecond_ns, V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC, 1 << 20});
+    EXPECT_EQ(stream->take(milliseconds(1000)).error().code, ErrorCode::kBadData) << "more than the buffer holds";
+    video.deliver(kPath, {grey(16), 11, kSecond_ns});
+    EXPECT_EQ(stream->take(milliseconds(1000)).error().code, ErrorCode::kBadData) << "ends before it begins";
+    video.deliver(kPath, {grey(64 + 8, 9), 12, kSecond_ns});
+    const auto taken = stream->take(milliseconds(1000));
+    ASSERT_TRUE(taken && *taken) << "the buffers went back";
+    EXPECT_EQ((*taken)->bytes, grey(8, 9));
+  }
+  EXPECT_FALSE(video.look(kPath).streaming);
+  EXPECT_EQ(video.openDescriptors(), 0);
+  EXPECT_EQ(video.mappings(), 0);
+}
+
 TEST(V4l2Stream, PrefersPicturesThatNeedNoDecodingIfTheyComeInTime) {
   FakeVideo video;
   video.plug(kPath, webcam());
@@ -95,8 +130,13 @@ TEST(V4l2Stream, RefusesDevicesThatDoNotFit) {
   EXPECT_EQ(refusal(video).code, ErrorCode::kUnreachable);
   FakeDevice device = webcam();
   device.capabilities = V4L2_CAP_VIDEO_CAPTURE_MPLANE | V4L2_CAP_STREAMING;
+  device.planes = 2;
   video.plug(kPath, device);
-  EXPECT_THAT(refusal(video).text, HasSubstr("multi-plane"));
+  EXPECT_THAT(refusal(video).text, HasSubstr("YUYV 64x48 30 fps in 2 planes, expected 1"));
+  device = webcam();
+  device.capabilities = V4L2_CAP_META_CAPTURE | V4L2_CAP_STREAMING;
+  video.plug(kPath, device);
+  EXPECT_THAT(refusal(video).text, HasSubstr("gives no pictures"));
   device = webcam();
   device.capabilities = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_READWRITE;
   video.plug(kPath, device);
