@@ -56,7 +56,46 @@ void addLevels(const Agent& agent, const MetricsPage::Labels& robot, MetricsPage
   }
 }
 
+MetricsPage::Labels with(MetricsPage::Labels labels, const std::string& name, const std::string& value) {
+  labels[name] = value;
+  return labels;
+}
+
+void addStream(const StreamHealth& stream, const MetricsPage::Labels& labels, MetricsPage& page) {
+  const auto count = [&](const char* name, const char* help, uint64_t value) {
+    page.counter(name, help, static_cast<double>(value), labels);
+  };
+  count("comap_agent_camera_pictures_total", "Pictures of a stream that came whole.", stream.taken);
+  for (const auto& [reason, value] : {std::pair{"damaged", stream.damaged}, std::pair{"missed", stream.missed},
+                                      std::pair{"repeated", stream.repeated}})
+    page.counter("comap_agent_camera_pictures_lost_total",
+                 "Pictures of a stream that came damaged, that the device counted and never came, that came again.",
+                 static_cast<double>(value), with(labels, "reason", reason));
+  count("comap_agent_camera_clock_jumps_total", "Pictures whose stamp cannot be: the time of arrival was taken.",
+        stream.clock_jumps);
+  count("comap_agent_camera_stalls_total", "Times an open stream gave nothing new for a second.", stream.stalls);
+  count("comap_agent_camera_reopened_total", "Times the device was opened again.", stream.reopened);
+  for (const StreamState state :
+       {StreamState::kStarting, StreamState::kStreaming, StreamState::kStalled, StreamState::kGone})
+    page.gauge("comap_agent_camera_stream", "1 for the state that the stream is in.", stream.state == state ? 1 : 0,
+               with(labels, "state", toString(state)));
+}
+
 }  // namespace
+
+void addCamera(const CaptureHealth& camera, const MetricsPage::Labels& robot, MetricsPage& page) {
+  addStream(camera.colour, with(robot, "stream", "colour"), page);
+  addStream(camera.depth, with(robot, "stream", "depth"), page);
+  for (const auto& [reason, value] : {std::pair{"overtaken", camera.overtaken}, std::pair{"unpaired", camera.unpaired},
+                                      std::pair{"not_decoded", camera.not_decoded}})
+    page.counter("comap_agent_camera_frames_left_out_total",
+                 "Frames not taken: a newer one was there, depth was missing, a picture could not be decoded.",
+                 static_cast<double>(value), with(robot, "reason", reason));
+  page.gauge("comap_agent_camera_one_of", "Of so many frames one is taken, for want of time or for heat.", camera.every,
+             robot);
+  if (camera.hottest_C)
+    page.gauge("comap_agent_camera_machine_celsius", "The hottest place of the machine.", *camera.hottest_C, robot);
+}
 
 Telemetry::Report reportOf(const Agent& agent, const std::string& robot) {
   const AgentStatistics& s = agent.statistics();
@@ -66,6 +105,7 @@ Telemetry::Report reportOf(const Agent& agent, const std::string& robot) {
   page.gauge("comap_agent_info", "Version; always 1.", 1, {{"robot", robot}, {"version", COMAP_VERSION}});
   addCounts(agent, labels, page);
   addLevels(agent, labels, page);
+  if (const auto camera = agent.captureHealth()) addCamera(*camera, labels, page);
   page.summary("comap_agent_odometry_seconds", "Tracking a frame and making its keyframe.", s.odometry_ms, labels);
   page.summary("comap_agent_registration_seconds", "Registering a frame against tiles.", s.localizer_ms, labels);
   report.readiness.ready = s.frames > 0 && agent.tracking() != TrackingState::kLost;

@@ -13,6 +13,9 @@ constexpr char kAgentMetrics[] = "comap_agent";  ///< what the names of all its 
 /// ok, poor or lost.
 const char* trackingName(TrackingState state);
 
+/// The camera's part of the report; a recording has none.
+void addCamera(const CaptureHealth& camera, const MetricsPage::Labels& robot, MetricsPage& page);
+
 /// Ready: frames come and their motion is known. Whether a core is there does not matter: the outbox waits for it.
 Telemetry::Report reportOf(const Agent& agent, const std::string& robot);
 

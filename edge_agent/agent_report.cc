@@ -38,15 +38,20 @@ FrameRecord frameOf(const Json& json) {
 }
 
 Json toJson(const StreamHealth& stream) {
-  return {{"state", toString(stream.state)}, {"problem", stream.problem},        {"taken", stream.taken},
-          {"damaged", stream.damaged},       {"missed", stream.missed},          {"repeated", stream.repeated},
-          {"reopened", stream.reopened},     {"clock_jumps", stream.clock_jumps}};
+  return {{"state", toString(stream.state)}, {"problem", stream.problem},         {"taken", stream.taken},
+          {"damaged", stream.damaged},       {"missed", stream.missed},           {"repeated", stream.repeated},
+          {"reopened", stream.reopened},     {"clock_jumps", stream.clock_jumps}, {"stalls", stream.stalls}};
 }
 
 // For people and tools outside; nothing here reads it back.
 Json toJson(const CaptureHealth& camera) {
-  return {{"colour", toJson(camera.colour)}, {"depth", toJson(camera.depth)},     {"overtaken", camera.overtaken},
-          {"unpaired", camera.unpaired},     {"not_decoded", camera.not_decoded}, {"every", camera.every}};
+  return {{"colour", toJson(camera.colour)},
+          {"depth", toJson(camera.depth)},
+          {"overtaken", camera.overtaken},
+          {"unpaired", camera.unpaired},
+          {"not_decoded", camera.not_decoded},
+          {"every", camera.every},
+          {"hottest_celsius", camera.hottest_C ? Json(*camera.hottest_C) : Json()}};
 }
 
 }  // namespace

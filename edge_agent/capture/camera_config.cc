@@ -85,6 +85,8 @@ void readCameraConfig(ConfigReader reader, CameraConfig& config) {
   reader.read("shrink", config.shrink, 1, 4);
   if (config.shrink == 3) reader.complain("shrink", "is 3, expected 1, 2 or 4");
   reader.read("pair_gap_ms", config.pair_gap_ms, 1, 1000);
+  reader.read("hot_celsius", config.hot_celsius, 0, 150);
+  reader.read("thermal_folder", config.thermal_folder);
   reader.read("depth_units_per_m", config.rig.depth_units_per_m, 1, 1'000'000);
 
   ConfigReader colour = reader.section("colour");
@@ -118,10 +120,12 @@ std::string printCameraConfig(const CameraConfig& config) {
   fps: {}
   shrink: {}                     # frames so many times smaller than colour pictures: 1, 2 or 4
   pair_gap_ms: {}               # between the colour and the depth picture of a frame
+  hot_celsius: {}               # a machine this hot takes fewer frames; 0: however hot it is
+  thermal_folder: {}   # where the kernel tells temperatures
   depth_units_per_m: {}       # depth values to the metre
 )",
                      config.profile, profiles, config.registration, config.fps, config.shrink, config.pair_gap_ms,
-                     config.rig.depth_units_per_m) +
+                     config.hot_celsius, config.thermal_folder, config.rig.depth_units_per_m) +
          printEye("colour", "YUYV, NV12, RGB3, BGR3 or MJPG", config.colour_format, config.rig.colour,
                   config.colour_controls) +
          printEye("depth", "Z16, INZI or Y16", config.depth_format, config.rig.depth, config.depth_controls) +

@@ -15,6 +15,8 @@ struct CameraConfig {
   double fps = 30;
   int shrink = 1;  ///< frames so many times smaller than colour pictures: 1, 2 or 4
   int pair_gap_ms = 20;
+  double hot_celsius = 85;                            ///< from here on fewer frames are taken; 0: however hot it is
+  std::string thermal_folder = "/sys/class/thermal";  ///< where the kernel tells temperatures
   CameraRig rig;
   std::string colour_format = "auto", depth_format = "auto";
   VideoControls colour_controls, depth_controls;

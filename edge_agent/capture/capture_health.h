@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace comap {
@@ -25,6 +26,7 @@ struct StreamHealth {
   uint64_t repeated = 0;     ///< with the stamp of the one before: not taken
   uint64_t clock_jumps = 0;  ///< with a stamp that cannot be: the time of arrival was taken instead
   uint64_t reopened = 0;     ///< times the device was opened again
+  uint64_t stalls = 0;       ///< times it was open and gave nothing new for a while
 };
 
 struct CaptureHealth {
@@ -32,7 +34,8 @@ struct CaptureHealth {
   uint64_t overtaken = 0;    ///< pairs that were passed over for a newer one
   uint64_t unpaired = 0;     ///< colour pictures without a depth picture near in time
   uint64_t not_decoded = 0;  ///< pairs of which a picture turned out damaged
-  int every = 1;             ///< of so many pictures one is taken, so that the processor keeps up
+  int every = 1;             ///< of so many pictures one is taken, so that the processor keeps up and stays cool
+  std::optional<double> hottest_C = {};  ///< of the machine, if it tells
 };
 
 /// "colour streaming, depth gone (why); 3 overtaken, 1 unpaired, 0 damaged, 2 missed; one of 1 taken".

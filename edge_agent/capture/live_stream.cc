@@ -65,7 +65,10 @@ void LiveStream::read(const std::stop_token& stop) {
       }
     }
     // A picture that comes again and again is no stream.
-    if (Clock::now() - last > options_.stalled_after) health.state = StreamState::kStalled;
+    if (Clock::now() - last > options_.stalled_after) {
+      if (health.state != StreamState::kStalled) ++health.stalls;
+      health.state = StreamState::kStalled;
+    }
     inbox_.tell(kind_, health);
   }
 }

@@ -1,7 +1,10 @@
 #include "edge_agent/capture/paired_source.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include "edge_agent/capture/device_clock.h"
 #include "edge_agent/capture/frame_maker.h"
+#include "edge_agent/capture/heat_rule.h"
 #include "edge_agent/capture/pair_matcher.h"
 #include "edge_agent/capture/rate_rule.h"
 #include "edge_agent/capture/stream_period.h"
@@ -11,7 +14,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kTurn{100};
-constexpr std::chrono::seconds kTellPeriod{10};
+constexpr std::chrono::seconds kTellPeriod{10}, kHeatPeriod{2};
 
 int64_t unixMinusMonotonic_ns() {
   const auto unix_ns =
@@ -28,6 +31,7 @@ class PairedSource final : public FrameSource {
         clock_offset_ns_(unixMinusMonotonic_ns()),
         matcher_(options_.max_gap_ns),
         maker_(options_.rig, options_.depth_is_registered, options_.shrink),
+        heat_(options_.hot_C),
         colour_(PictureKind::kColour, std::move(colour), std::move(open_colour), inbox_, options_.stream),
         depth_(PictureKind::kDepth, std::move(depth), std::move(open_depth), inbox_, options_.stream) {}
 
@@ -70,6 +74,7 @@ class PairedSource final : public FrameSource {
     health.unpaired = matcher_.unpaired();
     health.not_decoded = not_decoded_;
     health.every = rate_.every();
+    health.hottest_C = hottest_C_;
     return health;
   }
 
@@ -100,6 +105,21 @@ class PairedSource final : public FrameSource {
     rate_.worked(work.count(), colour_period_.period_ns());
     if (rate_.every() != before && options_.log)
       options_.log("camera: one of " + std::to_string(rate_.every()) + " frames is taken, so that work keeps up");
+    lookAtHeat();
+  }
+
+  void lookAtHeat() {
+    const auto now = Clock::now();
+    if (options_.hot_C <= 0 || (heat_seen_ && now - *heat_seen_ < kHeatPeriod)) return;
+    heat_seen_ = now;
+    hottest_C_ = hottest_C(options_.thermal_folder);
+    const int before = heat_.every();
+    heat_.measured(hottest_C_, now);
+    rate_.setLeast(heat_.every());
+    if (heat_.every() != before && options_.log)
+      options_.log(
+          fmt::format("camera: the machine is {:.0f} C warm (camera.hot_celsius: {:g}): one of {} frames is taken",
+                      *hottest_C_, options_.hot_C, rate_.every()));
   }
 
   void tellChanges() {
@@ -136,6 +156,9 @@ class PairedSource final : public FrameSource {
   PairMatcher matcher_;
   FrameMaker maker_;
   RateRule rate_;
+  HeatRule heat_;
+  std::optional<double> hottest_C_;
+  std::optional<Clock::time_point> heat_seen_;
   std::optional<PicturePair> pair_;  // the next one
   std::optional<Clock::time_point> work_since_;
   int64_t last_ns_ = 0;  // of the frame taken last

@@ -16,6 +16,8 @@ struct PairedOptions {
   bool depth_is_registered = false;  ///< by the device: depth pictures are as seen by the colour camera
   int shrink = 1;                    ///< frames 1, 2 or 4 times smaller than colour pictures
   int64_t max_gap_ns = 20'000'000;   ///< between the two pictures of a frame
+  double hot_C = 0;                  ///< from here on fewer frames are taken (HeatRule); 0: however hot it is
+  std::string thermal_folder = {};   ///< where the kernel tells temperatures
   LiveStreamOptions stream;
   CaptureLog log;  ///< told when a stream stalls, goes or comes back
 };

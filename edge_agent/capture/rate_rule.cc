@@ -27,8 +27,8 @@ void RateRule::worked(int64_t work_ns, int64_t period_ns) {
 }
 
 bool RateRule::due(int64_t stamp_ns, int64_t last_ns) const {
-  if (every_ == 1) return true;
-  return static_cast<double>(stamp_ns - last_ns) > (every_ - 0.5) * static_cast<double>(period_ns_);
+  if (every() == 1) return true;
+  return static_cast<double>(stamp_ns - last_ns) > (every() - 0.5) * static_cast<double>(period_ns_);
 }
 
 }  // namespace comap

@@ -1,6 +1,7 @@
 // How many of a camera's frames the processor can do.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 namespace comap {
@@ -17,10 +18,13 @@ class RateRule {
   /// Whether a frame of this stamp is to be taken, the last one taken having been of `last_ns`.
   bool due(int64_t stamp_ns, int64_t last_ns) const;
 
-  int every() const { return every_; }
+  /// Of so many frames at least one is taken, for other reasons than work: it changes nothing of the rule for work.
+  void setLeast(int every) { least_ = every; }
+
+  int every() const { return std::max(every_, least_); }
 
  private:
-  int every_ = 1, frames_ = 0, calm_ = 0;
+  int every_ = 1, least_ = 1, frames_ = 0, calm_ = 0;
   double work_ns_ = 0;
   int64_t period_ns_ = 0;
 };

@@ -14,6 +14,7 @@
 #include <sstream>
 #include <thread>
 
+#include "edge_agent/agent_metrics.h"
 #include "mapping_core/service/core_config.h"
 #include "tests/end_to_end/background.h"
 #include "tests/end_to_end/flat_test.h"
@@ -117,6 +118,11 @@ TEST_F(Deployment, MetricsHealthAndLogsOfARunFitTheDashboardAndTheAlerts) {
   // What a run without matches does not show.
   types.emplace("comap_core_matches_total", "counter");
   types.emplace("comap_core_robot_silent_seconds", "gauge");  // once the robot has ended
+  MetricsPage camera;  // what a run without one does not show
+  CaptureHealth health;
+  health.hottest_C = 40;
+  addCamera(health, {{"robot", "a"}}, camera);
+  types.merge(lint(camera.text()));
   for (const char* file : {"monitoring/alerts.yml", "monitoring/grafana-dashboard.json"})
     for (const std::string& name : metricsNamedIn(kContainers + file))
       EXPECT_TRUE(types.contains(name)) << file << " asks for " << name << ", which nobody tells";

@@ -128,6 +128,32 @@ TEST_F(PairedSourceTest, TheNewestFrameWins) {
   EXPECT_FALSE(source->ready(milliseconds(0)));
 }
 
+TEST_F(PairedSourceTest, AHotMachineTakesFewerFrames) {
+  const TemporaryFolder thermal;
+  thermal.write("thermal_zone0/temp", "91000\n");
+  config_.thermal_folder = thermal.path();
+  auto source = open();
+  int64_t stamp_ns = monotonicNow_ns() - 20 * 33 * kMs;
+  const auto give = [&](uint64_t pictures) {
+    for (uint64_t i = 0; i < pictures; ++i, stamp_ns += 33 * kMs) shoot(stamp_ns, stamp_ns);
+    ASSERT_TRUE(await(
+        *source, [&](const CaptureHealth& h) { return h.colour.taken == sequence_ && h.depth.taken == sequence_; }));
+  };
+  // The camera's period is learnt from the first pictures; work on the frame ends when the next one is asked for.
+  give(4);
+  ASSERT_TRUE(source->next());
+  EXPECT_EQ(source->health()->every, 1);
+  EXPECT_FALSE(source->ready(milliseconds(0)));
+  EXPECT_EQ(source->health()->every, 2);
+  EXPECT_EQ(source->health()->hottest_C, 91.0);
+  EXPECT_THAT(log_, HasSubstr("91 C warm (camera.hot_celsius: 85): one of 2 frames is taken"));
+  give(1);
+  EXPECT_FALSE(source->ready(milliseconds(0))) << "the next one is left out";
+  give(1);
+  EXPECT_TRUE(source->ready(kLong));
+  EXPECT_EQ(source->health()->overtaken, 4u) << "three of the first four, and one";
+}
+
 TEST_F(PairedSourceTest, AnUnpluggedCameraIsWaitedFor) {
   auto source = open();
   shoot();
