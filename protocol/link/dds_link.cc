@@ -144,6 +144,8 @@ class DdsLink : public Link {
   Result<void> openReader(Topic topic);
   Result<dds::DataWriter*> writerOf(Topic topic, const std::string& robot);
   Result<dds::Publisher*> publisherTo(const std::string& partition);
+  void dropAbsent();
+  bool dropWriters(const std::string& partition, dds::Publisher& publisher);
   bool isGenuine(Topic topic, const Octets& sample, const dds::SampleInfo& info);
   Inlet* oldestHead();
   int readersOf(const dds::DataWriter& writer) const;
@@ -236,13 +238,44 @@ Result<void> DdsLink::openSubscriber(const std::vector<std::string>& partitions,
 
 Result<dds::Publisher*> DdsLink::publisherTo(const std::string& partition) {
   if (const auto it = publishers_.find(partition); it != publishers_.end()) return it->second;
-  if (publishers_.size() > kMaxRobots)
+  if (publishers_.size() >= kMaxRobots) dropAbsent();
+  if (publishers_.size() >= kMaxRobots)
     return Error{ErrorCode::kProblem, "more than " + std::to_string(kMaxRobots) + " robots on one link"};
   dds::PublisherQos qos = dds::PUBLISHER_QOS_DEFAULT;
   qos.partition().push_back(partition.c_str());
   dds::Publisher* publisher = participant_->create_publisher(qos);
   if (publisher == nullptr) return unreachable("creating the publisher of partition " + partition);
   return publishers_[partition] = publisher;
+}
+
+// Only when names run out: who is away for a moment finds what waits for it.
+void DdsLink::dropAbsent() {
+  for (auto it = publishers_.begin(); it != publishers_.end();) {
+    const bool there = std::any_of(writers_.begin(), writers_.end(), [&](const auto& entry) {
+      return entry.first.second == it->first && std::any_of(entry.second.begin(), entry.second.end(),
+                                                            [&](auto* writer) { return readersOf(*writer) > 0; });
+    });
+    const bool dropped = !there && dropWriters(it->first, *it->second) &&
+                         participant_->delete_publisher(it->second) == ReturnCode_t::RETCODE_OK;
+    it = dropped ? publishers_.erase(it) : std::next(it);
+  }
+}
+
+bool DdsLink::dropWriters(const std::string& partition, dds::Publisher& publisher) {
+  if (round_trips_) round_trips_->forget(partition);
+  for (auto it = writers_.begin(); it != writers_.end();) {
+    if (it->first.second != partition) {
+      ++it;
+      continue;
+    }
+    auto& writers = it->second;
+    while (!writers.empty()) {
+      if (publisher.delete_datawriter(writers.back()) != ReturnCode_t::RETCODE_OK) return false;
+      writers.pop_back();
+    }
+    it = writers_.erase(it);
+  }
+  return true;
 }
 
 // Of topics that are paced there is a writer for each period, opened together so that each has found its reader when

@@ -38,6 +38,11 @@ void RoundTrips::sent(const std::string& peer, const DataWriter* writer) {
   if (!it.waiting_since) it.waiting_since = Clock::now();
 }
 
+void RoundTrips::forget(const std::string& peer) {
+  const std::lock_guard lock(mutex_);
+  peers_.erase(peer);
+}
+
 size_t RoundTrips::choice(const std::string& peer) const {
   const std::lock_guard lock(mutex_);
   const auto it = peers_.find(peer);

@@ -16,7 +16,7 @@
 namespace comap {
 
 /// Has a thread of its own that looks every few milliseconds, as DDS does not tell when a message is confirmed.
-/// Thread rule: any thread. Writers must outlive it.
+/// Thread rule: any thread. Writers must outlive it, or be forgotten.
 class RoundTrips {
  public:
   RoundTrips();
@@ -26,6 +26,8 @@ class RoundTrips {
 
   /// A small message was written to `peer`, whose small messages are all written by `writer`.
   void sent(const std::string& peer, const eprosima::fastdds::dds::DataWriter* writer);
+  /// The peer's writers are about to go.
+  void forget(const std::string& peer);
   /// Which of RepairPace::kPeriods fits this peer now.
   size_t choice(const std::string& peer) const;
 

@@ -145,6 +145,33 @@ TEST(DdsLink, ARobotThatTakesNothingDoesNotStopTheCore) {
   EXPECT_TRUE(awake->receive(10s));
 }
 
+// A core makes what it needs to speak with a robot or an observer when it first has something to say to it.
+TEST(DdsLink, NamesOfThoseWhoLeftDoNotUseUpTheLink) {
+  auto core = connect("many", LinkRole::kCore);
+  auto stays = connect("many", LinkRole::kRobot, "stays");
+  ASSERT_TRUE(core && stays);
+  ASSERT_TRUE(waitForPeers(*core, 1) && waitForPeers(*stays, 1));
+  ASSERT_TRUE(core->publish(Topic::kAck, "stays", std::vector<uint8_t>{1}));
+  ASSERT_TRUE(stays->receive(20s));
+  for (int i = 0; i < 300; ++i) {
+    const auto published = core->publish(Topic::kAck, "passer-" + std::to_string(i), {});
+    ASSERT_TRUE(published) << i << ": " << published.error().text;
+  }
+  ASSERT_TRUE(core->publish(Topic::kAck, "stays", std::vector<uint8_t>{2}));
+  auto delivery = stays->receive(20s);
+  ASSERT_TRUE(delivery);
+  EXPECT_EQ(delivery->payload, std::vector<uint8_t>{2}) << "its writers were not dropped";
+  auto back = connect("many", LinkRole::kRobot, "passer-0");
+  ASSERT_TRUE(back && waitForPeers(*back, 1));
+  delivery.reset();
+  for (int i = 0; i < 100 && !delivery; ++i) {
+    ASSERT_TRUE(core->publish(Topic::kAck, "passer-0", std::vector<uint8_t>{3}));
+    delivery = back->receive(200ms);
+  }
+  ASSERT_TRUE(delivery);
+  EXPECT_EQ(delivery->payload, std::vector<uint8_t>{3});
+}
+
 size_t openFiles() {
   size_t count = 0;
   for (int fd = 0; fd < 4096; ++fd) count += fcntl(fd, F_GETFD) != -1 ? 1 : 0;
