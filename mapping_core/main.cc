@@ -159,5 +159,6 @@ int main(int argc, char** argv) {
   action.sa_handler = [](int) { comap::g_stop = 1; };
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  signal(SIGXFSZ, SIG_IGN);  // a store beyond its limit is an error like a full disk
   return arguments.list_devices ? comap::listDevices() : comap::run(arguments);
 }

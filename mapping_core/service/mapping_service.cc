@@ -76,7 +76,7 @@ Result<void> MappingService::resume() {
 
 Result<bool> MappingService::step(std::chrono::milliseconds timeout) {
   bool worked = false;
-  const bool busy = ingest_.hasNext() || !builder_.caughtUp();
+  const bool busy = (ingest_.hasNext() && !store_refuses_) || !builder_.caughtUp();
   auto delivery = link_.receive(busy ? std::chrono::milliseconds(0) : timeout);
   while (delivery) {
     worked = true;
@@ -87,7 +87,7 @@ Result<bool> MappingService::step(std::chrono::milliseconds timeout) {
     if (auto fused = builder_.catchUp(kFusedAtOnce); !fused) return fused.error();
     return true;
   }
-  if (!ingest_.hasNext()) return worked;
+  if (!ingest_.hasNext() || !storeTakes()) return worked;
   if (auto mapped = mapNext(); !mapped) return mapped.error();
   return true;
 }
@@ -157,10 +157,15 @@ Result<void> MappingService::handleKeyframe(const Delivery& delivery) {
   }
   const auto arrival = ingest_.ingest(delivery.payload);
   if (!arrival) {
+    if (arrival.error().code == ErrorCode::kUnreachable) {
+      noteStore(arrival.error());
+      return {};  // not acknowledged: its robot keeps it and sends it again
+    }
     if (arrival.error().code != ErrorCode::kBadData) return arrival.error();
     refuse(delivery, arrival.error().text);
     return {};
   }
+  if (arrival->is_new) noteStore({});
   for (const KeyframeId& skipped : arrival->skipped) record->acks.record(skipped.sequence);
   record->acks.record(arrival->id.sequence);
   statistics_.uplink_bytes[arrival->id.robot] += delivery.payload.size();
@@ -168,6 +173,23 @@ Result<void> MappingService::handleKeyframe(const Delivery& delivery) {
   if (arrival->is_new) robot_index_.try_emplace(arrival->id.robot, static_cast<uint32_t>(robot_index_.size()));
   send(Topic::kAck, arrival->id.robot, encodeAcknowledgement(acknowledgementOf(*record)));
   return {};
+}
+
+// What is mapped must be written as a whole; half of it cannot be taken back. So it waits until the store takes again.
+bool MappingService::storeTakes() {
+  constexpr std::chrono::seconds kAgain(1);
+  const auto now = std::chrono::steady_clock::now();
+  if (store_refuses_ && now - store_tried_ >= kAgain) noteStore(store_.tryWriting());
+  return !store_refuses_;
+}
+
+void MappingService::noteStore(const Result<void>& written) {
+  store_tried_ = std::chrono::steady_clock::now();
+  if (store_refuses_ == !written) return;
+  store_refuses_ = !written;
+  log_(written ? std::string("the store takes keyframes again")
+               : "the store takes no keyframes: " + written.error().text +
+                     ". Robots keep theirs and send them again; mapping goes on when it does");
 }
 
 Result<void> MappingService::mapNext() {

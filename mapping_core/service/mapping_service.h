@@ -62,7 +62,9 @@ class MappingService {
   Result<void> resume();
 
   /// Handles all messages that wait, then maps one keyframe. With nothing to map, waits up to `timeout` for a message.
-  /// True if anything was done. Errors are of store or device and leave what is acknowledged safe.
+  /// True if anything was done. A store that takes no keyframe (full, read-only) is told, what comes is not
+  /// acknowledged, and nothing is mapped until it takes again. Errors are of store or device and leave what is
+  /// acknowledged safe.
   Result<bool> step(std::chrono::milliseconds timeout);
 
   /// True if nothing waits to be mapped and nothing was for a while, whatever else robots say.
@@ -82,6 +84,8 @@ class MappingService {
   Result<void> handle(const Delivery& delivery);
   void noteAlive(const std::string& robot, uint64_t session);
   Result<void> handleKeyframe(const Delivery& delivery);
+  bool storeTakes();
+  void noteStore(const Result<void>& written);
   Result<void> handleInterest(const Delivery& delivery);
   Result<void> handleObserver(const Interest& interest);
   Result<void> sendTiles(const Interest& interest, const MapId& map, const Pose& T_map_cam, TileDownlink& downlink);
@@ -121,6 +125,8 @@ class MappingService {
   uint32_t keyframes_ = 0;
   uint64_t first_revision_ = 0;  // of corrections: above those of earlier cores on this store
   std::chrono::steady_clock::time_point last_mapped_;
+  bool store_refuses_ = false;
+  std::chrono::steady_clock::time_point store_tried_{};
 };
 
 }  // namespace comap

@@ -197,6 +197,12 @@ Result<std::vector<std::string>> MapStore::robots() const {
   }
 }
 
+Result<void> MapStore::tryWriting() {
+  constexpr size_t kBytes = 256 << 10;  // about a keyframe; it stays in the file as room for what is mapped next
+  if (auto written = setMeta("trial", std::string(kBytes, '.')); !written) return written;
+  return state_->database.execute("DELETE FROM meta WHERE key = 'trial'");
+}
+
 Result<uint32_t> MapStore::countStart() {
   Database& database = state_->database;
   Result<Transaction> transaction = Transaction::begin(database);

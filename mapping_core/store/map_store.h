@@ -117,6 +117,9 @@ class MapStore {
   /// kWrongUse if the store knows no such robot.
   Result<size_t> removeRobot(const std::string& robot);
 
+  /// Whether the store takes changes now: some are written and taken back. The error says why it does not.
+  Result<void> tryWriting();
+
   /// Counts one more start of a core that continues this store: 1 for the first of them.
   Result<uint32_t> countStart();
 

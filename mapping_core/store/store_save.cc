@@ -1,9 +1,9 @@
 // What a survey found whole, into a new store.
-#include <filesystem>
 #include <set>
 
 #include "mapping_core/store/store_survey.h"
 #include "mapping_core/store/survey_keyframes.h"
+#include "mapping_core/store/survey_rows.h"
 #include "protocol/codec/keyframe_codec.h"
 
 namespace comap {
@@ -54,7 +54,7 @@ Result<void> saveMerges(const StoreSurvey& survey, MapStore& to) {
 }  // namespace
 
 Result<void> saveWhole(const StoreSurvey& survey, MapStore& to) {
-  auto from = Database::open(std::filesystem::absolute(survey.path).string(), SQLITE_OPEN_READONLY);
+  auto from = openDamaged(survey.path, nullptr);
   if (!from) return from.error();
   auto transaction = to.begin();
   if (!transaction) return transaction.error();

@@ -80,6 +80,7 @@ void readMerges(Database& database, StoreSurvey& survey) {
     const uint32_t undone_by = row.unsigned32();
     if (auto values = valuesOf(row); !values) return values;
     if (auto lists = readMergeLists(database, merge); !lists) return lists;
+    if (!merge.T_kept_absorbed.translation().allFinite()) return damagedRow("a number of it is none");
     if (merge.kept.empty() || merge.absorbed.empty()) return damagedRow("names no map");
     if (!merge.undone.empty()) survey.undone_by[merge.number] = undone_by;
     survey.merges.push_back(std::move(merge));
@@ -106,13 +107,13 @@ void readTiles(Database& database, StoreSurvey& survey) {
 Result<StoreSurvey> surveyStore(const std::string& path) {
   std::error_code code;
   if (!std::filesystem::is_regular_file(path, code)) return Error{ErrorCode::kUnreachable, path + ": no such file"};
-  auto database = Database::open(std::filesystem::absolute(path).string(), SQLITE_OPEN_READONLY);
+  StoreSurvey survey;
+  survey.path = path;
+  auto database = openDamaged(path, &survey.damage);
   if (!database) return database.error();
   const auto ours = checkSchema(*database);
   if (!ours) return ours.error();
   if (!*ours) return Error{ErrorCode::kBadData, path + ": is empty, no map store"};
-  StoreSurvey survey;
-  survey.path = path;
   checkPages(*database, survey.damage);
   readMeta(*database, survey);
   surveyKeyframes(*database, survey);

@@ -1,6 +1,8 @@
 #include "mapping_core/store/survey_rows.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 
 namespace comap {
 namespace {
@@ -51,6 +53,29 @@ Result<bool> checkRow(Database& database, const char* one, int64_t number, const
 }
 
 }  // namespace
+
+Result<Database> openDamaged(const std::string& path, std::vector<std::string>* damage) {
+  constexpr std::streamoff kPageSizeAt = 16, kPagesAt = 28;
+  auto database = Database::open(std::filesystem::absolute(path).string(), SQLITE_OPEN_READONLY);
+  std::error_code code;
+  if (!database || std::filesystem::exists(path + "-wal", code)) return database;  // pages may be in its log
+  std::ifstream file(path, std::ios::binary);
+  const auto number = [&](std::streamoff at, int bytes) {
+    uint64_t value = 0;
+    file.seekg(at);
+    for (int i = 0; i < bytes; ++i) value = value << 8 | static_cast<uint8_t>(file.get());
+    return value;
+  };
+  const uint64_t told = number(kPageSizeAt, 2), pages = number(kPagesAt, 4);
+  const uint64_t page_bytes = told == 1 ? 65536 : told;
+  const uint64_t bytes = std::filesystem::file_size(path, code);
+  if (!file || code || page_bytes * pages <= bytes) return database;
+  database->readCutOff();
+  if (damage != nullptr)
+    damage->push_back("the file is cut off: it has " + std::to_string(bytes) + " bytes, and its head tells of " +
+                      std::to_string(page_bytes * pages));
+  return database;
+}
 
 Result<void> valuesOf(Query& row) {
   const auto next = row.step();

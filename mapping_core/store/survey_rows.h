@@ -9,6 +9,9 @@
 
 namespace comap {
 
+/// For reading, cut off or not. Of a file that is cut off `damage`, if given, gets a sentence.
+Result<Database> openDamaged(const std::string& path, std::vector<std::string>* damage);
+
 /// What was wrong with one of the row's values, if anything: the query tells it only with its next step. Ask before
 /// anything of the row is kept; after it, bytes of the row are gone.
 Result<void> valuesOf(Query& row);

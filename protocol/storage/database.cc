@@ -1,6 +1,8 @@
 #include "protocol/storage/database.h"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -162,8 +164,11 @@ Pose Query::pose() {
   for (double& value : v) value = real();
   const Eigen::Quaterniond q(v[3], v[0], v[1], v[2]);
   const Eigen::Vector3d t(v[4], v[5], v[6]);
-  if (std::isfinite(q.squaredNorm()) && std::abs(q.squaredNorm() - 1) > 1e-6) {
-    damage_ = "a pose's quaternion has length " + std::to_string(q.norm()) + ", expected 1";
+  if (std::all_of(std::begin(v), std::end(v), [](double value) { return std::isnan(value); }))
+    return Pose(q, t);  // none
+  if (!t.allFinite() || !(std::abs(q.squaredNorm() - 1) <= 1e-6)) {
+    damage_ = t.allFinite() ? "a pose's quaternion has length " + std::to_string(q.norm()) + ", expected 1"
+                            : "a pose's place is not finite";
   }
   return Pose(q, t);
 }
@@ -227,6 +232,11 @@ Result<int64_t> Database::integer(const char* sql) {
   const Result<bool> row = prepared->step();
   if (!row) return row.error();
   return *row ? prepared->integer() : 0;
+}
+
+void Database::readCutOff() {
+  sqlite3_db_config(handle_, SQLITE_DBCONFIG_DEFENSIVE, 0, nullptr);  // it forbids the next; nothing is written here
+  sqlite3_db_config(handle_, SQLITE_DBCONFIG_WRITABLE_SCHEMA, 1, nullptr);
 }
 
 void Database::leaveWal() {

@@ -65,6 +65,9 @@ class Database {
   Database& operator=(Database&& other) noexcept;
   ~Database();
 
+  /// Reads what is there of a file whose end is missing, which SQLite refuses else. Only for one opened for reading.
+  void readCutOff();
+
   /// `sql` must be a literal: statements are kept by its address.
   Result<Query> query(const char* sql);
   /// Statements without parameters or rows.

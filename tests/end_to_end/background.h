@@ -35,6 +35,7 @@ class Background {
   Background& operator=(const Background&) = delete;
   ~Background() { end(SIGKILL); }
 
+  pid_t pid() const { return pid_; }
   bool runs() {
     int status = 0;
     if (!code_ && waitpid(pid_, &status, WNOHANG) == pid_) note(status);

@@ -5,6 +5,7 @@
 #include <sqlite3.h>
 
 #include "protocol/codec/keyframe_codec.h"
+#include "tests/files/temporary_folder.h"
 #include "tests/mapping_core/store/store_fixture.h"
 
 namespace comap {
@@ -65,6 +66,26 @@ class StoreSurveyTest : public StoreTest {
     ASSERT_EQ(sqlite3_open(path_.c_str(), &db), SQLITE_OK);
     ASSERT_EQ(sqlite3_exec(db, statement, nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(db);
     sqlite3_close(db);
+  }
+  // Of each message the last page that it lies on, pages counted from 1, as SQLite itself tells. All have overflow.
+  std::vector<int64_t> pagesNeeded() {
+    sqlite3* db = nullptr;
+    EXPECT_EQ(sqlite3_open(path_.c_str(), &db), SQLITE_OK);
+    sqlite3_stmt* rows = nullptr;
+    EXPECT_EQ(
+        sqlite3_prepare_v2(db,
+                           "SELECT max(o.pageno, l.pageno) FROM (SELECT substr(path, 1, instr(path, '+') - 1) AS "
+                           "cell, max(pageno) AS pageno FROM dbstat WHERE name = 'keyframe_messages' AND pagetype "
+                           "= 'overflow' GROUP BY 1) o JOIN dbstat l ON l.name = 'keyframe_messages' AND l.path = "
+                           "substr(o.cell, 1, length(l.path)) AND l.pagetype = 'leaf' ORDER BY o.cell",
+                           -1, &rows, nullptr),
+        SQLITE_OK)
+        << sqlite3_errmsg(db);
+    std::vector<int64_t> pages;
+    while (sqlite3_step(rows) == SQLITE_ROW) pages.push_back(sqlite3_column_int64(rows, 0));
+    sqlite3_finalize(rows);
+    sqlite3_close(db);
+    return pages;
   }
   // Saves what is whole into a new store and looks at that.
   StoreSurvey saved(const StoreSurvey& survey) {
@@ -132,6 +153,51 @@ TEST_F(StoreSurveyTest, EachPageInTurn) {
   }
   EXPECT_LE(unreadable, 4u) << "only the pages with the schema hide all";
   EXPECT_GE(kept, looked * (kKeyframes - 2)) << "a page hides one keyframe, or all if it is the root of their table";
+}
+
+TEST_F(StoreSurveyTest, CutOffAnywhere) {
+  fill();
+  const std::string whole = contentOf(path_);
+  const std::vector<int64_t> needed = pagesNeeded();
+  ASSERT_EQ(needed.size(), kKeyframes);
+  const auto pages = static_cast<int64_t>(whole.size() / kPageBytes);
+  size_t unreadable = 0, most = 0;
+  for (int64_t left = 6; left < pages; left += 3) {
+    const std::string cut = whole.substr(0, size_t(left) * kPageBytes);
+    std::ofstream(path_, std::ios::binary) << cut;
+    const auto expected =
+        static_cast<size_t>(std::count_if(needed.begin(), needed.end(), [&](int64_t last) { return last <= left; }));
+    const auto survey = surveyStore(path_);
+    if (!survey) {
+      ++unreadable;
+      EXPECT_EQ(expected, 0u) << left << " pages: " << survey.error().text;
+      continue;
+    }
+    EXPECT_THAT(survey->damage, Contains(HasSubstr("the file is cut off")));
+    EXPECT_EQ(survey->keyframes.size(), expected) << left << " pages";
+    const StoreSurvey again = saved(*survey);
+    EXPECT_THAT(again.damage, IsEmpty()) << left << " pages";
+    EXPECT_EQ(again.keyframes.size(), expected) << left << " pages";
+    most = std::max(most, expected);
+  }
+  EXPECT_EQ(most, kKeyframes);
+  EXPECT_LE(unreadable, 6u) << "only where pages of the schema are gone";
+}
+
+TEST_F(StoreSurveyTest, NumbersThatAreNoneAreNotSaved) {
+  fill();
+  sql("UPDATE poses SET qx = 9e999 WHERE keyframe = 3; UPDATE poses SET tx = NULL WHERE keyframe = 4;"
+      "UPDATE edges SET qw = NULL WHERE number = 2");
+  const auto survey = surveyStore(path_);
+  ASSERT_TRUE(survey) << survey.error().text;
+  EXPECT_THAT(survey->damage, Contains(HasSubstr("pose of keyframe 3")));
+  EXPECT_THAT(survey->damage, Contains(HasSubstr("edge 2: ")));
+  EXPECT_EQ(survey->keyframes.size(), kKeyframes);
+  const StoreSurvey again = saved(*survey);
+  EXPECT_THAT(again.damage, IsEmpty());
+  const auto store = MapStore::open(folder_ / "saved.comap", MapStore::Mode::kReadOnly);
+  ASSERT_TRUE(store);
+  EXPECT_TRUE(store->keyframes()) << "what is saved can be read";
 }
 
 TEST_F(StoreSurveyTest, DamageAndGapsAreNamed) {
