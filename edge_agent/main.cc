@@ -116,7 +116,10 @@ int run(const Arguments& arguments) {
     std::printf("%s", printAgentConfig(*config).c_str());
     return 0;
   }
-  if (arguments.check_config) return 0;
+  if (arguments.check_config) {
+    const auto keys = checkKeysOf(config->link);
+    return keys ? 0 : failWith(keys.error());
+  }
   if (arguments.health) return askHealth(config->telemetry, lines);
   if (auto writable = checkFolderOf(arguments.report); !writable) return failWith(writable.error());
   auto telemetry = Telemetry::start(config->telemetry);

@@ -99,7 +99,10 @@ int run(const Arguments& arguments) {
     std::printf("%s", printCoreConfig(*config).c_str());
     return 0;
   }
-  if (arguments.check_config) return 0;
+  if (arguments.check_config) {
+    const auto keys = checkKeysOf(config->link);
+    return keys ? 0 : failWith(keys.error());
+  }
   if (arguments.health) return askHealth(config->telemetry, log);
   if (auto writable = checkFolderOf(arguments.report); !writable) return failWith(writable.error());
   if (auto checked = checkDdsOptions(config->link); !checked) return failWith(checked.error());

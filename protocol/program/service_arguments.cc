@@ -38,4 +38,11 @@ Result<void> apply(const ServiceArguments& arguments, const std::string& program
   return ros2.enabled ? checkRos2Options(ros2, link.domain) : Result<void>();
 }
 
+Result<void> checkKeysOf(DdsLinkOptions link) {
+  if (link.keys.empty()) return {};
+  link.profile = "auto";
+  link.interface_address = "127.0.0.1";
+  return checkDdsOptions(link);
+}
+
 }  // namespace comap

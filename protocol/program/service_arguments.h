@@ -25,4 +25,8 @@ void addServiceOptions(CLI::App& app, ServiceArguments& arguments, const std::st
 Result<void> apply(const ServiceArguments& arguments, const std::string& program, const std::string& prefix,
                    DdsLinkOptions& link, TelemetryOptions& telemetry, ros2::Ros2Options& ros2);
 
+/// For --check-config: the keys that the configuration names, as checkDdsOptions() does; the network of the machine
+/// that will run it may be another.
+Result<void> checkKeysOf(DdsLinkOptions link);
+
 }  // namespace comap

@@ -158,6 +158,12 @@ TEST_F(Deployment, APortThatIsTakenIsSaid) {
 TEST(DeploymentFiles, ComposeStartsProgramsThatTakeTheirOptions) {
   const YAML::Node compose = YAML::LoadFile(kContainers + "compose.yaml");
   const YAML::Node services = compose["services"];
+  const TemporaryFolder keys;
+  ASSERT_EQ(runProgram("fleet keys init " + keys.path("flat") + " --site flat").exit_code, 0);
+  for (const char* add : {"add-core FLAT", "add-robot FLAT a", "add-robot FLAT b", "add-robot FLAT c"}) {
+    std::string command = std::string("fleet keys ") + add;
+    ASSERT_EQ(runProgram(command.replace(command.find("FLAT"), 4, keys.path("flat"))).exit_code, 0) << add;
+  }
   size_t checked = 0;
   for (const auto& service : services) {
     const std::string name = service.first.as<std::string>();
@@ -173,7 +179,11 @@ TEST(DeploymentFiles, ComposeStartsProgramsThatTakeTheirOptions) {
     }
     if (name != "core" && !name.starts_with("robot-")) continue;
     std::string command = name == "core" ? "mapping_core --check-config" : "edge_agent --check-config";
-    for (const auto& word : service.second["command"]) command += " " + word.as<std::string>();
+    for (const auto& word : service.second["command"]) {
+      const std::string text = word.as<std::string>();
+      const size_t at = text.find("/keys/flat/");  // its volume, filled by the service `keys`
+      command += " " + (at == std::string::npos ? text : keys.path() + text.substr(at + 5));
+    }
     const ProgramRun run = runProgram(command);
     EXPECT_EQ(run.exit_code, 0) << command << "\n" << run.err;
     ++checked;

@@ -63,6 +63,18 @@ TEST_F(Keys, MissingOrWrongOnesEndTheProgramsWithASentence) {
                 "keys/c");
 }
 
+TEST_F(Keys, CheckConfigLooksIntoTheFilesOfKeys) {
+  const std::string config = folder_.write("robot.yaml", "robot: a\nlink:\n  site: flat\n  keys: " + keys_ + "/a\n");
+  const std::string check = "edge_agent --check-config --config " + config;
+  EXPECT_EQ(runProgram(check).exit_code, 0) << runProgram(check).err;
+  expectRefusal(check + " --robot b", 2, "is of robot 'a' of site 'flat', this robot is 'b'");
+  expectRefusal("mapping_core --check-config --core-site flat --keys " + keys_ + "/b", 2, "this is a core");
+  expectRefusal("mapping_core --check-config --core-site flat --keys " + keys_ + "/nobody", 3, "keys/nobody");
+  std::filesystem::copy_file(keys_ + "/b/key.pem", keys_ + "/a/key.pem",
+                             std::filesystem::copy_options::overwrite_existing);
+  expectRefusal(check, 3, "key.pem");
+}
+
 TEST_F(Keys, ShowAndRevokeTellWhatCounts) {
   ProgramRun shown = runProgram("fleet keys show " + keys_);
   EXPECT_EQ(shown.exit_code, 0) << shown.err;

@@ -26,6 +26,9 @@ class Seeds {
     std::ofstream(folder_ + "/" + target + "/" + name, std::ios::binary)
         .write(reinterpret_cast<const char*>(bytes.data()), std::ssize(bytes));
   }
+  void add(const std::string& target, const std::string& name, const std::vector<uint8_t>& bytes) const {
+    add(target, name, Bytes(bytes));
+  }
   void add(const std::string& target, const std::string& name, const std::string& text) const {
     add(target, name, bytesOf(text));
   }
