@@ -27,10 +27,14 @@ json number(const json& from, std::initializer_list<const char*> path) {
 json numbersOf(const json& report) {
   json numbers;
   double frames = 0, bytes = 0;
-  numbers["ate_rmse_m"] = json::object();
+  for (const char* key : {"ate_rmse_m", "ate_pairs", "ate_reason", "frames_of"}) numbers[key] = json::object();
   if (const json* robots = at(report, {"robots"}); robots && robots->is_object()) {
     for (const auto& [name, robot] : robots->items()) {
       numbers["ate_rmse_m"][name] = number(robot, {"ate_rmse_m"});
+      numbers["ate_pairs"][name] = number(robot, {"ate_pairs"});
+      numbers["frames_of"][name] = number(robot, {"frames"});
+      const json* reason = at(robot, {"ate_reason"});
+      if (reason && reason->is_string()) numbers["ate_reason"][name] = *reason;
       frames += robot.value("frames", 0.0);
       bytes += robot.value("uplink_bytes", 0.0);
     }
@@ -52,6 +56,7 @@ json numbersOf(const json& report) {
   const json wall = number(report, {"wall_s"});
   numbers["wall_ms_per_frame"] =
       frames > 0 && wall.is_number() ? json(1000 * wall.get<double>() / frames) : json(nullptr);
+  numbers["round_ms"] = at(report, {"core", "round_ms"}) ? *at(report, {"core", "round_ms"}) : json(nullptr);
   numbers["core_frame_ms"] = at(report, {"core", "frame_ms"}) ? *at(report, {"core", "frame_ms"}) : json(nullptr);
   numbers["core_keyframe_ms"] =
       at(report, {"core", "keyframe_ms"}) ? *at(report, {"core", "keyframe_ms"}) : json(nullptr);
@@ -81,10 +86,42 @@ void compareOne(const std::string& what, const json& graph, const json& paper, d
                        fixed(paper.get<double>(), 4));
 }
 
+// What must be known beside a pair of errors: that one is missing, or that they are not of the same frames.
+void noteFrames(const std::string& input, const json& graph, const json& paper, json& notes) {
+  for (const auto& [robot, ate] : paper["ate_rmse_m"].items()) {
+    const auto tell = [&, &name = robot](const char* mode, const json& numbers) {
+      const auto reason = numbers["ate_reason"].find(name);
+      if (reason == numbers["ate_reason"].end()) return;
+      notes.push_back(input + ", ATE of " + name + ", " + mode + " mode: none, " + reason->get<std::string>());
+    };
+    tell("graph", graph);
+    tell("paper", paper);
+    const json one = graph["ate_pairs"].value(robot, json()), other = paper["ate_pairs"].value(robot, json());
+    if (!one.is_number() || !other.is_number() || one == other) continue;
+    notes.push_back(input + ", ATE of " + robot + ": of " + one.dump() + " poses in the graph mode, of " +
+                    other.dump() + " in the paper mode");
+  }
+}
+
 }  // namespace
 
+std::vector<std::pair<std::string, json>> rowsOf(const json& input) {
+  std::vector<std::pair<std::string, json>> rows = {{"graph", input.at("graph")}, {"paper", input.at("paper")}};
+  for (const json& remedy : input.at("remedies"))
+    rows.emplace_back("+ " + remedy.at("name").get<std::string>(), remedy.at("numbers"));
+  return rows;
+}
+
+std::string framesText(const json& numbers) {
+  std::string text;
+  for (const auto& [robot, frames] : numbers.at("frames_of").items())
+    text += (text.empty() ? "" : " ") + robot + ":" + cell(numbers.at("ate_pairs").value(robot, json()), 1, 0) + "/" +
+            cell(frames, 1, 0);
+  return text;
+}
+
 json compareJson(const std::vector<ComparedInput>& inputs) {
-  json comparison = {{"inputs", json::array()}, {"not_so", json::array()}};
+  json comparison = {{"inputs", json::array()}, {"not_so", json::array()}, {"notes", json::array()}};
   bool accurate = true, known = false, tenth = true;
   for (const ComparedInput& input : inputs) {
     const json graph = numbersOf(input.graph), paper = numbersOf(input.paper);
@@ -112,7 +149,12 @@ json compareJson(const std::vector<ComparedInput>& inputs) {
     accurate = accurate && said.accurate;
     for (const json* mode : {&graph, &paper})
       for (const auto& [robot, ate] : (*mode)["ate_rmse_m"].items()) known = known || ate.is_number();
-    comparison["inputs"].push_back({{"name", input.name}, {"graph", graph}, {"paper", paper}, {"bytes_share", share}});
+    noteFrames(input.name, graph, paper, comparison["notes"]);
+    json remedies = json::array();
+    for (const auto& [name, report] : input.remedies)
+      remedies.push_back({{"name", name}, {"numbers", numbersOf(report)}});
+    comparison["inputs"].push_back(
+        {{"name", input.name}, {"graph", graph}, {"paper", paper}, {"remedies", remedies}, {"bytes_share", share}});
     for (const std::string& word : said.words) comparison["not_so"].push_back(word);
   }
   comparison["at_least_as_accurate"] = known ? json(accurate) : json(nullptr);
@@ -122,17 +164,16 @@ json compareJson(const std::vector<ComparedInput>& inputs) {
 
 std::string compareText(const json& comparison) {
   TextTable table({"input", "mode", "ATE own (m)", "ATE joint", "surface", "doubles %", "maps", "merges", "false",
-                   "MB sent", "kB/frame", "ms/frame"});
+                   "poses/frames", "MB sent", "kB/frame", "ms/frame"});
   for (const json& input : comparison.at("inputs"))
-    for (const char* mode : {"graph", "paper"}) {
-      const json& n = input.at(mode);
+    for (const auto& [mode, n] : rowsOf(input)) {
       std::string own;
       for (const auto& [robot, ate] : n.at("ate_rmse_m").items())
         own += (own.empty() ? "" : " ") + robot + ":" + cell(ate, 1, 4);
       table.add({printable(input.at("name").get<std::string>()), mode, printable(own),
                  cell(n["joint_ate_rmse_m"], 1, 4), cell(n["surface_mean_m"], 1, 4), cell(n["double_surface"], 100, 2),
                  cell(n["maps"], 1, 0), cell(n["merges"], 1, 0), cell(n["false_merges"], 1, 0),
-                 cell(n["uplink_bytes"], 1e-6, 1), cell(n["uplink_bytes_per_frame"], 1e-3, 1),
+                 printable(framesText(n)), cell(n["uplink_bytes"], 1e-6, 1), cell(n["uplink_bytes_per_frame"], 1e-3, 1),
                  cell(n["wall_ms_per_frame"], 1, 0)});
     }
   std::string text = table.text();
@@ -145,6 +186,7 @@ std::string compareText(const json& comparison) {
   text += "graph mode sends at most a tenth of the bytes: " +
           std::string(comparison.at("a_tenth_of_the_bytes").get<bool>() ? "yes" : "no") + "\n";
   for (const json& word : comparison.at("not_so")) text += "  " + printable(word.get<std::string>()) + "\n";
+  for (const json& note : comparison.at("notes")) text += "note: " + printable(note.get<std::string>()) + "\n";
   return text;
 }
 

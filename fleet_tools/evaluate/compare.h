@@ -14,12 +14,19 @@ namespace comap {
 struct ComparedInput {
   std::string name;  ///< "a", "b", "a+b"
   nlohmann::json graph, paper;
+  /// The paper mode again, with the remedy of that name, or "all".
+  std::vector<std::pair<std::string, nlohmann::json>> remedies{};
 };
 
 /// compare.json: of each input and mode the numbers that both have, and what they say: `at_least_as_accurate` (every
-/// error that both have, and maps and false merges), `a_tenth_of_the_bytes`, and in words what is not so. Keys that a
-/// report lacks are null.
+/// error that both have, and maps and false merges), `a_tenth_of_the_bytes`, in words what is not so (`not_so`), and
+/// where errors are missing or of different frames (`notes`). Keys that a report lacks are null.
 nlohmann::json compareJson(const std::vector<ComparedInput>& inputs);
+
+/// The runs of one input of compare.json, by what the table calls them: "graph", "paper", "+ REMEDY".
+std::vector<std::pair<std::string, nlohmann::json>> rowsOf(const nlohmann::json& input);
+/// "a:98/100 b:100/100": poses that errors are of, and frames.
+std::string framesText(const nlohmann::json& numbers);
 
 /// For a terminal: one line an input and mode, then the words.
 std::string compareText(const nlohmann::json& comparison);

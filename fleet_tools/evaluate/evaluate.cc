@@ -144,6 +144,31 @@ Result<TrajectoryEvaluation> evaluateTrajectory(const std::string& trajectory, c
   return result;
 }
 
+// As evaluateTrajectory, but what is too short to be measured is told in words.
+Result<RobotEvaluation> evaluateRobot(const std::string& trajectory, const std::string& truth, bool spare_short) {
+  RobotEvaluation robot;
+  std::error_code problem;
+  if (spare_short && fs::is_empty(trajectory, problem) && !problem) {
+    robot.own_reason = "its trajectory holds no pose";
+    return robot;
+  }
+  auto own = evaluateTrajectory(trajectory, truth);
+  if (own) {
+    robot.own = std::move(*own);
+    return robot;
+  }
+  if (!spare_short || own.error().code != ErrorCode::kProblem) return own.error();
+  auto estimate = readTrajectory(trajectory);
+  if (!estimate) return estimate.error();
+  auto reference = readTrajectory(truth);
+  if (!reference) return reference.error();
+  robot.own.poses = estimate->size();
+  robot.own.pairs = associate(*estimate, *reference);
+  robot.own_reason = "only " + std::to_string(robot.own.pairs.size()) + " of its " + std::to_string(robot.own.poses) +
+                     " poses have a truth, 3 are needed";
+  return robot;
+}
+
 Result<RunEvaluation> evaluateRun(const std::string& run, const RunTruth& truth, int threads) {
   if (truth.trajectories.empty()) return Error{ErrorCode::kWrongUse, "no truth given, expected NAME=FILE for a robot"};
   auto report = readReport(run);
@@ -155,9 +180,10 @@ Result<RunEvaluation> evaluateRun(const std::string& run, const RunTruth& truth,
     if (!robots.contains(name)) {
       return Error{ErrorCode::kWrongUse, reportPath(run) + ": knows no robot '" + name + "'"};
     }
-    auto own = evaluateTrajectory((fs::path(run) / (name + ".trajectory.txt")).string(), file);
-    if (!own) return own.error();
-    evaluation.robots[name] = {std::move(*own), mapOf(robots[name]), std::nullopt};
+    auto robot = evaluateRobot((fs::path(run) / (name + ".trajectory.txt")).string(), file, truth.spare_short);
+    if (!robot) return robot.error();
+    robot->map = mapOf(robots[name]);
+    evaluation.robots[name] = std::move(*robot);
   }
   evaluation.joint_reason = apart(evaluation.robots);
   for (const auto& [name, entry] : robots.items())
@@ -166,7 +192,9 @@ Result<RunEvaluation> evaluateRun(const std::string& run, const RunTruth& truth,
     std::vector<std::vector<PosePair>> pairs;
     for (const auto& [name, robot] : evaluation.robots) pairs.push_back(robot.own.pairs);
     evaluation.joint = jointError(pairs);
+    if (!evaluation.joint) evaluation.joint_reason = "fewer than three poses of all robots have a truth";
     for (auto& [name, robot] : evaluation.robots) {
+      if (!evaluation.joint || robot.own.pairs.empty()) continue;
       robot.joint_rmse_m = errorUnder(evaluation.joint->T_truth_estimate, robot.own.pairs).rmse_m;
     }
   }
@@ -204,10 +232,16 @@ Result<json> updateReport(const std::string& run, const RunEvaluation& evaluatio
     // Numbers of an earlier evaluation must not stand beside those of this one.
     entry["ate_rmse_m"] = nullptr;
     entry["joint_ate_rmse_m"] = nullptr;
+    entry.erase("ate_reason");
   }
   for (const auto& [name, robot] : evaluation.robots) {
     auto& entry = report["robots"][name];
-    entry.update(toJson(robot.own));
+    if (robot.own_reason.empty()) {
+      entry.update(toJson(robot.own));
+    } else {
+      entry["ate_pairs"] = robot.own.pairs.size();
+      entry["ate_reason"] = robot.own_reason;
+    }
     entry["joint_ate_rmse_m"] = robot.joint_rmse_m ? json(*robot.joint_rmse_m) : json(nullptr);
   }
   report["joint_ate_rmse_m"] = evaluation.joint ? json(evaluation.joint->rmse_m) : json(nullptr);

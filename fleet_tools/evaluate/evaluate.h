@@ -26,6 +26,7 @@ Result<TrajectoryEvaluation> evaluateTrajectory(const std::string& trajectory, c
 
 struct RobotEvaluation {
   TrajectoryEvaluation own;
+  std::string own_reason;              ///< why there is no error of its own; empty if there is
   std::string map;                     ///< the map the robot ended in, empty if the report says none
   std::optional<double> joint_rmse_m;  ///< this robot's error under the joint alignment
 };
@@ -44,6 +45,8 @@ struct RunEvaluation {
 struct RunTruth {
   std::map<std::string, std::string> trajectories;  ///< robot -> file
   std::string surface;                              ///< PLY, empty = none
+  /// A robot with fewer than three poses that have truth goes without an error, with the reason, instead of kProblem.
+  bool spare_short = false;
 };
 
 /// run/report.json, an object with an object `robots` of objects. kUnreachable or kBadData otherwise.

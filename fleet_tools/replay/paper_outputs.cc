@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "fleet_tools/export/map_points.h"
@@ -29,6 +30,15 @@ Json spread(std::vector<double> values) {
 Json spreadOf(const std::vector<PaperFrameRecord>& records, const auto& value) {
   std::vector<double> values;
   for (const PaperFrameRecord& record : records) values.push_back(value(record));
+  return spread(std::move(values));
+}
+
+// Of all cameras together, tick by tick.
+Json spreadOfRounds(const std::vector<PaperFrameRecord>& records) {
+  std::map<uint32_t, double> rounds;
+  for (const PaperFrameRecord& record : records) rounds[record.tick] += totalMs(record);
+  std::vector<double> values;
+  for (const auto& [tick, ms] : rounds) values.push_back(ms);
   return spread(std::move(values));
 }
 
@@ -110,6 +120,7 @@ Json reportJson(const PaperCore& core, const PaperOutcome& outcome) {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   report["core"] = {{"frame_ms", spreadOf(records, totalMs)},
+                    {"round_ms", spreadOfRounds(records)},
                     {"stages_ms",
                      {{"track", spreadOf(records, [](const auto& r) { return r.ms.track; })},
                       {"loops", spreadOf(records, [](const auto& r) { return r.ms.loop; })},

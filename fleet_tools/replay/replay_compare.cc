@@ -30,6 +30,7 @@ std::string truthBeside(const std::string& source) {
 RunTruth truthOf(const ReplayOptions& options, const CompareOptions& compare) {
   RunTruth truth;
   truth.surface = compare.truth.surface;
+  truth.spare_short = true;
   for (const ReplayRobot& robot : options.robots) {
     const auto given = compare.truth.trajectories.find(robot.name);
     const std::string file = given != compare.truth.trajectories.end() ? given->second : truthBeside(robot.source);
@@ -48,34 +49,86 @@ Result<json> evaluated(const ReplayOptions& options, const CompareOptions& compa
   return updateReport(options.out, *evaluation);
 }
 
+std::string nameOf(const std::vector<ReplayRobot>& robots) {
+  std::string name;
+  for (const ReplayRobot& robot : robots) name += (name.empty() ? "" : "+") + robot.name;
+  return name;
+}
+
+ReplayProgress tellWith(const ReplayProgress& progress, const std::string& what) {
+  return [&progress, what](const std::string& stage, size_t done, size_t all) {
+    progress(what + ", " + stage, done, all);
+  };
+}
+
+Result<json> runGraph(const ReplayOptions& options, const CompareOptions& compare, const ReplayProgress& progress) {
+  if (auto made = prepareRunFolder(options.out, false); !made) return made.error();
+  const auto outcome = replayLoopback(options, tellWith(progress, nameOf(options.robots) + ", graph mode"));
+  if (!outcome) return outcome.error();
+  const auto report = writeRunOutputs(options, *outcome);
+  if (!report) return report.error();
+  return evaluated(options, compare, *report);
+}
+
+Result<json> runPaper(const ReplayOptions& options, const PaperOptions& paper, const CompareOptions& compare,
+                      const ReplayProgress& progress, const std::string& what) {
+  if (auto made = prepareRunFolder(options.out, false); !made) return made.error();
+  const auto report = replayPaper(options, paper, tellWith(progress, nameOf(options.robots) + ", " + what));
+  if (!report) return report.error();
+  return evaluated(options, compare, *report);
+}
+
 Result<ComparedInput> runBoth(const ReplayOptions& options, const PaperOptions& paper, const CompareOptions& compare,
                               const ReplayProgress& progress) {
   ComparedInput input;
-  for (const ReplayRobot& robot : options.robots) input.name += (input.name.empty() ? "" : "+") + robot.name;
-  const auto tell = [&](const char* mode) {
-    return [&, mode](const std::string& stage, size_t done, size_t all) {
-      progress(input.name + ", " + mode + " mode, " + stage, done, all);
-    };
-  };
+  input.name = nameOf(options.robots);
   ReplayOptions one = options;
   one.out = options.out + "/graph";
-  if (auto made = prepareRunFolder(one.out, false); !made) return made.error();
-  const auto outcome = replayLoopback(one, tell("graph"));
-  if (!outcome) return outcome.error();
-  const auto graph = writeRunOutputs(one, *outcome);
+  auto graph = runGraph(one, compare, progress);
   if (!graph) return graph.error();
-  auto graph_numbers = evaluated(one, compare, *graph);
-  if (!graph_numbers) return graph_numbers.error();
-  input.graph = std::move(*graph_numbers);
-
+  input.graph = std::move(*graph);
   one.out = options.out + "/paper";
-  if (auto made = prepareRunFolder(one.out, false); !made) return made.error();
-  const auto published = replayPaper(one, paper, tell("paper"));
+  auto published = runPaper(one, paper, compare, progress, "paper mode");
   if (!published) return published.error();
-  auto paper_numbers = evaluated(one, compare, *published);
-  if (!paper_numbers) return paper_numbers.error();
-  input.paper = std::move(*paper_numbers);
+  input.paper = std::move(*published);
   return input;
+}
+
+// The paper mode with each remedy by itself, then with all.
+Result<void> runRemedies(const ReplayOptions& options, const PaperOptions& paper, const CompareOptions& compare,
+                         const ReplayProgress& progress, ComparedInput& input) {
+  const auto run = [&](const std::string& name, const PaperFixes& fixes) -> Result<void> {
+    ReplayOptions one = options;
+    one.out = options.out + "/fix-" + name;
+    PaperOptions fixed_paper = paper;
+    fixed_paper.fixes = fixes;
+    auto report = runPaper(one, fixed_paper, compare, progress, name);
+    if (!report) return report.error();
+    input.remedies.emplace_back(name, std::move(*report));
+    return {};
+  };
+  PaperFixes all;
+  for (const PaperFix& fix : kPaperFixes) {
+    PaperFixes only;
+    only.*fix.chosen = all.*fix.chosen = true;
+    if (auto done = run(fix.name, only); !done) return done;
+  }
+  return run("all", all);
+}
+
+// Smaller sets of robots than all, smallest first; only single ones unless `sets`.
+std::vector<std::vector<ReplayRobot>> smallerSets(const std::vector<ReplayRobot>& robots, bool sets) {
+  std::vector<std::vector<ReplayRobot>> found;
+  for (size_t size = 1; size < (sets ? robots.size() : std::min<size_t>(2, robots.size())); ++size) {
+    std::vector<bool> chosen(robots.size());
+    std::fill_n(chosen.begin(), size, true);
+    do {
+      std::vector<ReplayRobot>& set = found.emplace_back();
+      for (size_t i = 0; i < robots.size(); ++i)
+        if (chosen[i]) set.push_back(robots[i]);
+    } while (std::prev_permutation(chosen.begin(), chosen.end()));
+  }
+  return found;
 }
 
 std::vector<ReportPicture> picturesOf(const std::string& out) {
@@ -100,19 +153,22 @@ Result<json> replayCompare(const ReplayOptions& options, const PaperOptions& pap
     if (std::none_of(options.robots.begin(), options.robots.end(), [&](const auto& r) { return r.name == name; }))
       return Error{ErrorCode::kWrongUse, "--truth " + name + "=" + file + ": there is no robot " + name};
   std::vector<ComparedInput> inputs;
-  if (compare.alone && options.robots.size() > 1) {
-    for (const ReplayRobot& robot : options.robots) {
-      ReplayOptions alone = options;
-      alone.robots = {robot};
-      alone.out = options.out + "/alone-" + robot.name;
-      if (auto made = prepareRunFolder(alone.out, false); !made) return made.error();
-      auto input = runBoth(alone, paper, compare, progress);
+  if (compare.alone || compare.sets) {
+    for (const std::vector<ReplayRobot>& set : smallerSets(options.robots, compare.sets)) {
+      ReplayOptions fewer = options;
+      fewer.robots = set;
+      fewer.out = options.out + (set.size() == 1 ? "/alone-" : "/set-") + nameOf(set);
+      if (auto made = prepareRunFolder(fewer.out, false); !made) return made.error();
+      auto input = runBoth(fewer, paper, compare, progress);
       if (!input) return input.error();
       inputs.push_back(std::move(*input));
     }
   }
   auto all = runBoth(options, paper, compare, progress);
   if (!all) return all.error();
+  if (compare.ablation) {
+    if (auto done = runRemedies(options, paper, compare, progress, *all); !done) return done.error();
+  }
   inputs.push_back(std::move(*all));
 
   const json comparison = compareJson(inputs);

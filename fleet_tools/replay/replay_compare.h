@@ -7,12 +7,15 @@
 namespace comap {
 
 struct CompareOptions {
-  RunTruth truth;      ///< a robot that it has no trajectory of: groundtruth.txt of its source, if there is one
-  bool alone = false;  ///< also each robot by itself
+  RunTruth truth;         ///< a robot that it has no trajectory of: groundtruth.txt of its source, if there is one
+  bool alone = false;     ///< also each robot by itself
+  bool sets = false;      ///< also every smaller set of robots
+  bool ablation = false;  ///< of all robots also the paper mode with each remedy by itself, and with all
 };
 
-/// Runs and evaluates into OUT/graph and OUT/paper (with `alone` also OUT/alone-NAME/graph ...), writes
-/// OUT/compare.json and compare.html, and returns the former. OUT must exist and be empty.
+/// Runs and evaluates into OUT/graph and OUT/paper (smaller sets of robots: OUT/alone-NAME/graph, OUT/set-a+b/graph
+/// ...; remedies: OUT/fix-NAME, OUT/fix-all), writes OUT/compare.json and compare.html, and returns the former. OUT
+/// must exist and be empty.
 Result<nlohmann::json> replayCompare(const ReplayOptions& options, const PaperOptions& paper,
                                      const CompareOptions& compare, const ReplayProgress& progress);
 

@@ -190,8 +190,11 @@ int run(ReplayArguments& arguments) {
   if (arguments.side_by_side) {
     if (arguments.seeds > 0) return failWith({ErrorCode::kWrongUse, "--compare: takes no --seeds"});
     arguments.link = "loopback";
-  } else if (arguments.compare.alone || !arguments.truths.empty() || !arguments.compare.truth.surface.empty()) {
-    return failWith({ErrorCode::kWrongUse, "--alone, --truth, --surface: belong to --compare"});
+    if (arguments.compare.ablation && !arguments.fixes.empty())
+      return failWith({ErrorCode::kWrongUse, "--ablation: chooses the remedies itself, takes no --fix"});
+  } else if (arguments.compare.alone || arguments.compare.sets || arguments.compare.ablation ||
+             !arguments.truths.empty() || !arguments.compare.truth.surface.empty()) {
+    return failWith({ErrorCode::kWrongUse, "--alone, --sets, --ablation, --truth, --surface: belong to --compare"});
   }
   if (!arguments.fixes.empty() && arguments.mode != "paper" && !arguments.side_by_side)
     return failWith({ErrorCode::kWrongUse, "--fix: belongs to --mode paper"});
@@ -244,6 +247,9 @@ void addReplayVerb(CLI::App& app, int& exit_code) {
   verb->add_flag("--compare", arguments->side_by_side,
                  "Run both modes on the same input over loopback, into OUT/graph and OUT/paper, and compare them");
   verb->add_flag("--alone", arguments->compare.alone, "With --compare: also each robot by itself");
+  verb->add_flag("--sets", arguments->compare.sets, "With --compare: also every smaller set of robots");
+  verb->add_flag("--ablation", arguments->compare.ablation,
+                 "With --compare: of all robots also the paper mode with each remedy (--fix) by itself, and with all");
   verb->add_option(
       "--truth", arguments->truths,
       "With --compare: NAME=FILE, the truth of a robot (TUM format); else DIR/groundtruth.txt if there is");

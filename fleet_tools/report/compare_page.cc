@@ -1,6 +1,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <map>
 
 #include "fleet_tools/command_line/text_table.h"
 #include "fleet_tools/evaluate/compare.h"
@@ -33,16 +34,16 @@ std::string errors(const json& comparison) {
       if (std::find(robots.begin(), robots.end(), robot) == robots.end()) robots.push_back(robot);
   std::vector<std::string> head = {"cameras", "mode"};
   for (const std::string& robot : robots) head.push_back(fmt::format("ATE {}, m", htmlEscape(robot)));
-  for (const char* title : {"joint ATE, m", "surface, m", "doubles, %", "maps", "false merges"}) head.push_back(title);
+  for (const char* title : {"joint ATE, m", "surface, m", "doubles, %", "maps", "false merges", "poses/frames"})
+    head.push_back(title);
   std::string html = "<section class=\"box\"><table><thead>" + row(head, "th") + "</thead><tbody>";
   for (const json& input : comparison.at("inputs"))
-    for (const char* mode : {"graph", "paper"}) {
-      const json& n = input.at(mode);
+    for (const auto& [mode, n] : rowsOf(input)) {
       std::vector<std::string> cells = {htmlEscape(input.at("name").get<std::string>()), mode};
       for (const std::string& robot : robots) cells.push_back(cell(n["ate_rmse_m"].value(robot, json()), 1, 4));
-      cells.insert(cells.end(),
-                   {cell(n["joint_ate_rmse_m"], 1, 4), cell(n["surface_mean_m"], 1, 4),
-                    cell(n["double_surface"], 100, 2), cell(n["maps"], 1, 0), cell(n["false_merges"], 1, 0)});
+      cells.insert(cells.end(), {cell(n["joint_ate_rmse_m"], 1, 4), cell(n["surface_mean_m"], 1, 4),
+                                 cell(n["double_surface"], 100, 2), cell(n["maps"], 1, 0),
+                                 cell(n["false_merges"], 1, 0), htmlEscape(framesText(n))});
       html += row(cells, "td");
     }
   return html + "</tbody></table></section>\n";
@@ -55,8 +56,7 @@ std::string costs(const json& comparison) {
                          "th") +
                      "</thead><tbody>";
   for (const json& input : comparison.at("inputs"))
-    for (const char* mode : {"graph", "paper"}) {
-      const json& n = input.at(mode);
+    for (const auto& [mode, n] : rowsOf(input)) {
       const json& core = n["core_frame_ms"].is_object() ? n["core_frame_ms"] : n["core_keyframe_ms"];
       const auto of = [&](const char* key) { return core.is_object() ? core.value(key, json()) : json(); };
       html += row({htmlEscape(input.at("name").get<std::string>()), mode, cell(n["frames"], 1, 0),
@@ -87,11 +87,49 @@ std::string words(const json& comparison) {
   html += card(comparison.at("a_tenth_of_the_bytes").get<bool>() ? "yes" : "no",
                "the graph mode sends at most a tenth of the bytes");
   html += "</div>\n";
-  if (comparison.at("not_so").empty()) return html;
-  html += "<h2>Where it is not so</h2>\n<section class=\"box\"><table><tbody>";
-  for (const json& word : comparison.at("not_so"))
-    html += "<tr><td class=\"w\">" + htmlEscape(word.get<std::string>()) + "</td></tr>";
-  return html + "</tbody></table></section>\n";
+  for (const auto& [key, title] : {std::pair("not_so", "Where it is not so"), std::pair("notes", "To be known")}) {
+    if (comparison.at(key).empty()) continue;
+    html += fmt::format("<h2>{}</h2>\n<section class=\"box\"><table><tbody>", title);
+    for (const json& word : comparison.at(key))
+      html += "<tr><td class=\"w\">" + htmlEscape(word.get<std::string>()) + "</td></tr>";
+    html += "</tbody></table></section>\n";
+  }
+  return html;
+}
+
+// Median time of a frame of one camera and of a round of all, over how many cameras took part; sets of one size
+// averaged.
+std::string timesOverCameras(const json& comparison) {
+  struct Sum {
+    double frame_ms = 0, round_ms = 0, sets = 0;
+  };
+  std::map<size_t, Sum> sums;
+  for (const json& input : comparison.at("inputs")) {
+    const json& paper = input.at("paper");
+    if (!paper["core_frame_ms"].is_object() || !paper["round_ms"].is_object()) continue;
+    Sum& sum = sums[paper["ate_rmse_m"].size()];
+    sum.frame_ms += paper["core_frame_ms"].value("median", 0.0);
+    sum.round_ms += paper["round_ms"].value("median", 0.0);
+    ++sum.sets;
+  }
+  if (sums.empty()) return "";
+  double most = 1;
+  for (const auto& [cameras, sum] : sums) most = std::max(most, sum.round_ms / sum.sets);
+  std::string html = "<section class=\"box\"><table><thead>" +
+                     row({"cameras", "", "sets", "ms a frame of one camera", "ms a round of all"}, "th") +
+                     "</thead><tbody>";
+  for (const auto& [cameras, sum] : sums) {
+    const double round_ms = sum.round_ms / sum.sets, frame_ms = sum.frame_ms / sum.sets;
+    const std::string bars = fmt::format(
+        "<svg width=\"420\" height=\"26\" role=\"img\" aria-label=\"Time of a round and of a frame\"><g class=\"c0\">"
+        "<rect x=\"0\" y=\"2\" width=\"{:.1f}\" height=\"10\" fill=\"currentColor\"/></g><g class=\"c1\"><rect x=\"0\" "
+        "y=\"14\" width=\"{:.1f}\" height=\"10\" fill=\"currentColor\"/></g></svg>",
+        420 * round_ms / most, 420 * frame_ms / most);
+    html += row({std::to_string(cameras), bars, fixed(sum.sets, 0), fixed(frame_ms, 0), fixed(round_ms, 0)}, "td");
+  }
+  return html +
+         "</tbody></table><p class=\"legend\"><span class=\"c0\"><i></i>a round of all cameras</span><span "
+         "class=\"c1\"><i></i>a frame of one camera</span></p></section>\n";
 }
 
 // Time of each frame of each camera on top of each other, by tick; merges as marks.
@@ -152,6 +190,8 @@ std::string comparePage(const json& comparison, const std::vector<ReportPicture>
   page += "once as keyframes into a graph, once as every frame into the method of \"Collaborative Dense SLAM\".</p>\n";
   page += words(comparison) + "<h2>Accuracy</h2>\n" + errors(comparison);
   page += "<h2>Cost</h2>\n" + costs(comparison);
+  if (const std::string bars = timesOverCameras(comparison); !bars.empty())
+    page += "<h2>Time over the number of cameras in the paper mode, medians</h2>\n" + bars;
   if (const std::string plot = timePlot(times); !plot.empty())
     page += "<h2>Time of each round in the paper mode</h2>\n" + plot;
   std::map<std::string, size_t> robots;

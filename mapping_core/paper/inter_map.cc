@@ -38,15 +38,15 @@ Result<std::optional<MapMatch>> InterMap::find(const PaperCamera& camera, const 
   Pyramid reference, own_view;
   buildPyramid(view->view.colour, view->view.depth_m, camera.model, kDenseLevels, reference);
   buildPyramid(camera.filled.colour, camera.filled.predicted_m, camera.model, kDenseLevels, own_view);
-  const Alignment aligned = registrar.align(reference, own_view, Pose());
-  if (!aligned.solved) return std::optional<MapMatch>();
+  const auto registered = registrar.registerViews(reference, own_view);
+  if (!registered) return std::optional<MapMatch>();
   MapMatch match;
-  match.fit = fitOf(reference, own_view, 0, aligned.T_ref_cur);
+  match.fit = registered->fit;
   if (!passes(match.fit, options_.closure, camera.model, options_.fixes.independent_gates))
     return std::optional<MapMatch>();
   match.place = place.time;
-  match.T_place_cam = coarse->T_place_cam * aligned.T_ref_cur;
-  match.T_other_own = T_other_guess * aligned.T_ref_cur * camera.T_map_cam.inverse();
+  match.T_place_cam = coarse->T_place_cam * registered->T_ref_cur;
+  match.T_other_own = T_other_guess * registered->T_ref_cur * camera.T_map_cam.inverse();
   if (options_.fixes.two_votes && !agreesWithEarlier(camera, own, other.name, match.T_other_own))
     return std::optional<MapMatch>();
   return std::optional<MapMatch>(match);

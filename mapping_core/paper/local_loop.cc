@@ -58,12 +58,11 @@ Result<LoopReport> closeLocalLoop(const LoopContext& c, const TimedView& active)
   Pyramid reference, frame;
   buildPyramid(inactive->view.colour, inactive->view.depth_m, c.camera.model, kDenseLevels, reference);
   buildPyramid(active.view.colour, active.view.depth_m, c.camera.model, kDenseLevels, frame);
-  const Alignment aligned = c.registrar.align(reference, frame, Pose());
-  if (!aligned.solved) return report;
-  const Fit fit = fitOf(reference, frame, 0, aligned.T_ref_cur);
-  if (!passes(fit, c.options.closure, c.camera.model, c.options.fixes.independent_gates)) return report;
+  const auto registered = c.registrar.registerViews(reference, frame);
+  if (!registered || !passes(registered->fit, c.options.closure, c.camera.model, c.options.fixes.independent_gates))
+    return report;
 
-  const Pose T_map_cam = c.camera.T_map_cam * aligned.T_ref_cur;
+  const Pose T_map_cam = c.camera.T_map_cam * registered->T_ref_cur;
   const auto constraints = constraintsOf(c, active, *inactive, T_map_cam);
   const auto surfels = c.frame.map.download();
   if (!surfels) return surfels.error();

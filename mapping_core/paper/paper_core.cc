@@ -87,7 +87,9 @@ Result<void> PaperCore::playRound(const std::vector<std::optional<Frame>>& frame
   }
   for (PaperFrameRecord& record : records) {
     Stopwatch clock;
-    if (auto done = joinMaps(record.camera, record); !done) return done;
+    if (!record.lost) {
+      if (auto done = joinMaps(record.camera, record); !done) return done;
+    }
     record.inter_map_ms = clock.lap();
     record.maps = maps().size();
     record.surfels = frameOf(record.camera).map.size();

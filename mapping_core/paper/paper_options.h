@@ -11,12 +11,14 @@ namespace comap {
 
 /// Remedies for known defects of the method. All off: the method as published.
 struct PaperFixes {
-  bool noise_weights = false;      ///< depth residuals weigh by the sensor's noise instead of all alike
+  bool noise_weights = false;      ///< depth residuals weigh by the sensor's noise, robustly, instead of all alike
+  bool brightness_gate = false;    ///< brightness is compared where depths agree to their noise instead of to 7 cm
   bool free_directions = false;    ///< a direction that nothing in view determines keeps the prediction
   bool check_tracking = false;     ///< a frame that does not fit the map is not fused
   bool per_camera_graph = false;   ///< deformation nodes are ordered by camera, then time, instead of by time alone
   bool correct_pose_log = false;   ///< local loops bend the trajectory too, not only the map
   bool two_votes = false;          ///< maps are put together only when a second, distant match agrees
+  bool shape_covariance = false;   ///< the covariance that closures are judged by is of depth alone, which is stricter
   bool independent_gates = false;  ///< closures are judged by rms and inlier ratio, not by rms / sqrt(N)
 };
 
@@ -25,17 +27,29 @@ struct PaperFix {
   const char* name;
   bool PaperFixes::*chosen;
 };
-inline constexpr PaperFix kPaperFixes[] = {
-    {"noise-weights", &PaperFixes::noise_weights},        {"free-directions", &PaperFixes::free_directions},
-    {"check-tracking", &PaperFixes::check_tracking},      {"per-camera-graph", &PaperFixes::per_camera_graph},
-    {"correct-pose-log", &PaperFixes::correct_pose_log},  {"two-votes", &PaperFixes::two_votes},
-    {"independent-gates", &PaperFixes::independent_gates}};
+inline constexpr PaperFix kPaperFixes[] = {{"noise-weights", &PaperFixes::noise_weights},
+                                           {"brightness-gate", &PaperFixes::brightness_gate},
+                                           {"free-directions", &PaperFixes::free_directions},
+                                           {"check-tracking", &PaperFixes::check_tracking},
+                                           {"per-camera-graph", &PaperFixes::per_camera_graph},
+                                           {"correct-pose-log", &PaperFixes::correct_pose_log},
+                                           {"two-votes", &PaperFixes::two_votes},
+                                           {"shape-covariance", &PaperFixes::shape_covariance},
+                                           {"independent-gates", &PaperFixes::independent_gates}};
 
 /// What a registration must reach, for 640 x 480 pixels; other sizes are scaled.
 struct ClosureGates {
   double error = 5e-5;  ///< sqrt(sum r^2) / N, metres
   double inliers = 35000;
-  double variance = 1e-5;  ///< of each degree of freedom, from the unnormalised matrix with geometry times 100
+  double variance = 1e-5;  ///< of each degree of freedom, from the unnormalised joint matrix with geometry times 100
+};
+
+/// What a registration minimises.
+struct DenseOptions {
+  double brightness_gate_m = 0.07;  ///< brightness is compared where depths agree within this
+  /// Of a squared residual of brightness, in its robust scale, beside a squared metre of one of depth.
+  double brightness_weight = 4e-5;
+  double typical_depth_m = 2;  ///< where depth weighs the same whether all weigh alike or by the sensor's noise
 };
 
 struct FernOptions {
@@ -59,11 +73,10 @@ struct DeformationOptions {
 
 struct PaperOptions {
   FusionParameters fusion{.depth_min_m = 0.3f, .depth_max_m = 5.0f, .stable_confidence = 10.0f, .unstable_timeout = 20};
-  uint32_t active_window = 200;              ///< ticks
-  double uniform_photometric_weight = 0.07;  ///< beside it: as much as the published 1 : 100
-  double uniform_sigma_m = 0.02;             ///< of depth residuals, where all weigh alike
-  double dense_share = 0.75;                 ///< of the prediction; below it tracking uses the filled view
-  double largest_step_m = 0.3;               ///< between frames; what moves farther keeps the old pose
+  uint32_t active_window = 200;  ///< ticks
+  double dense_share = 0.75;     ///< of the prediction; below it tracking uses the filled view
+  double largest_step_m = 0.3;   ///< between frames; what moves farther keeps the old pose
+  DenseOptions dense;
   ClosureGates closure;
   FernOptions ferns;
   DeformationOptions graph;

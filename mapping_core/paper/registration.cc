@@ -1,6 +1,7 @@
 #include "mapping_core/paper/registration.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -13,10 +14,13 @@ constexpr float kDistance_m = 0.10f, kSine = 0.342f;
 constexpr double kGeometryWeight = 100;
 constexpr double kGatePixels = 640.0 * 480.0;
 constexpr size_t kTurnLevel = kDenseLevels - 1;
+// The published operator: slopes come out as this share of themselves, and those below the limit do not count.
+constexpr float kSlopeShare = 0.46f, kLeastSlope = 10.9f;  // grey levels a pixel
 
 }  // namespace
 
-Fit fitOf(const Pyramid& reference, const Pyramid& frame, size_t level, const Pose& T_ref_cur) {
+Fit fitOf(const Pyramid& reference, const Pyramid& frame, size_t level, const Pose& T_ref_cur,
+          const Matrix6d& brightness) {
   const PyramidLevel &ref = reference[level], &cur = frame[level];
   const int reach = normalReach(static_cast<int>(level));
   const Eigen::Matrix3f R = T_ref_cur.rotationMatrix().cast<float>();
@@ -48,7 +52,7 @@ Fit fitOf(const Pyramid& reference, const Pyramid& frame, size_t level, const Po
   const auto count = static_cast<double>(fit.inliers);
   fit.rms_m = std::sqrt(squares / count);
   fit.error = std::sqrt(squares) / count;
-  const Matrix6d full = a.selfadjointView<Eigen::Lower>();
+  const Matrix6d full = Matrix6d(a.selfadjointView<Eigen::Lower>()) + brightness;
   const Eigen::FullPivLU<Matrix6d> lu(full);
   fit.worst_variance =
       lu.isInvertible() ? lu.inverse().eval().diagonal().maxCoeff() : std::numeric_limits<double>::max();
@@ -65,11 +69,18 @@ bool passes(const Fit& fit, const ClosureGates& gates, const CameraModel& camera
   return static_cast<double>(fit.inliers) > kInlierRatio * static_cast<double>(fit.compared);
 }
 
-Registrar::Registrar(const PaperOptions& options) {
-  if (!options.fixes.noise_weights) {
-    noise_ = {static_cast<float>(options.uniform_sigma_m), 0};
-    options_.photometric_weight = static_cast<float>(options.uniform_photometric_weight);
+Registrar::Registrar(const PaperOptions& options) : shape_covariance_(options.fixes.shape_covariance) {
+  const DenseOptions& chosen = options.dense;
+  if (options.fixes.noise_weights) {
+    // Both views have noise.
+    const double sigma_m = noise_.sigma(static_cast<float>(chosen.typical_depth_m));
+    options_.photometric_weight = static_cast<float>(chosen.brightness_weight / (2 * sigma_m * sigma_m));
+  } else {
+    noise_ = {0, 0};
+    options_.extra_sigma_m = 1;
+    options_.photometric_weight = static_cast<float>(chosen.brightness_weight);
   }
+  if (!options.fixes.brightness_gate) options_.photometric_gate_m = static_cast<float>(chosen.brightness_gate_m);
   options_.iterations = {4, 5, 10};
   options_.distance_gate_m = kDistance_m;
   options_.coarse_gate_m = kDistance_m;
@@ -84,6 +95,46 @@ Alignment Registrar::align(const Pyramid& reference, const Pyramid& frame, const
   constexpr ReferenceOptions kDense{0, kDenseLevels - 1, std::numeric_limits<int>::max()};
   buildReference(reference, kDense, noise_, nullptr, picked_, reference_);
   return comap::align(reference_, frame, T_guess, options_, workspace_);
+}
+
+std::optional<RegisteredView> Registrar::registerViews(const Pyramid& reference, const Pyramid& frame) {
+  const Alignment aligned = align(reference, frame, Pose());
+  if (!aligned.solved) return std::nullopt;
+  const Matrix6d brightness = shape_covariance_ ? Matrix6d::Zero() : brightnessMatrix(frame, aligned);
+  return RegisteredView{aligned.T_ref_cur, fitOf(reference, frame, 0, aligned.T_ref_cur, brightness)};
+}
+
+// J^T J of brightness at the pose found, each row scaled by 1 / (s + |r|), s being the residuals' root mean square.
+Matrix6d Registrar::brightnessMatrix(const Pyramid& frame, const Alignment& aligned) {
+  const ReferencePoints& points = reference_.levels.back();
+  AssociationGates gates;
+  gates.distance_m = kDistance_m;
+  gates.extra_sigma_m = options_.extra_sigma_m;
+  gates.photometric_m = options_.photometric_gate_m;
+  evaluateResiduals(points, frame[static_cast<size_t>(points.level)], aligned.T_ref_cur, gates,
+                    {static_cast<float>(aligned.gain), static_cast<float>(aligned.bias)}, noise_, workspace_);
+  const auto counts = [&](size_t i) {
+    return workspace_.wp[i] > 0 &&
+           points.gx[i] * points.gx[i] + points.gy[i] * points.gy[i] >= kLeastSlope * kLeastSlope;
+  };
+  double squares = 0;
+  size_t count = 0;
+  for (size_t i = 0; i < points.count; ++i) {
+    if (!counts(i)) continue;
+    squares += workspace_.rp[i] * workspace_.rp[i];
+    ++count;
+  }
+  Matrix6d sum = Matrix6d::Zero();
+  if (count == 0) return sum;
+  const double rms = std::max(1.0, std::sqrt(squares / static_cast<double>(count)));
+  for (size_t i = 0; i < points.count; ++i) {
+    if (!counts(i)) continue;
+    Vector6d row;
+    for (int c = 0; c < 6; ++c) row(c) = workspace_.jp[c][i];
+    const double scale = kSlopeShare / (rms + std::abs(workspace_.rp[i]));
+    sum.selfadjointView<Eigen::Lower>().rankUpdate(row, scale * scale);
+  }
+  return sum.selfadjointView<Eigen::Lower>();
 }
 
 Alignment Registrar::alignSmall(const Pyramid& reference, const Pyramid& frame) {

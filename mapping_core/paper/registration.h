@@ -1,6 +1,8 @@
 // Dense registration of one view to another, judged by the paper's own numbers.
 #pragma once
 
+#include <optional>
+
 #include "mapping_core/paper/paper_options.h"
 #include "mapping_core/rgbd/alignment.h"
 #include "mapping_core/rgbd/rotation_alignment.h"
@@ -18,11 +20,19 @@ struct Fit {
   size_t compared = 0;        ///< pixels with depth in both
   double rms_m = 0;           ///< of inliers
   double error = 1;           ///< sqrt(sum r^2) / inliers, metres: looser the more inliers there are
-  double worst_variance = 1;  ///< largest diagonal entry of the inverse of 100 sum J^T J
+  double worst_variance = 1;  ///< largest diagonal entry of the inverse of 100 sum J^T J + that of brightness
 };
 
-/// Of level `level` of two pyramids, over all pixels of the frame's.
-Fit fitOf(const Pyramid& reference, const Pyramid& frame, size_t level, const Pose& T_ref_cur);
+/// Of level `level` of two pyramids, over all pixels of the frame's. `brightness` is what brightness adds to the normal
+/// matrix.
+Fit fitOf(const Pyramid& reference, const Pyramid& frame, size_t level, const Pose& T_ref_cur,
+          const Matrix6d& brightness = Matrix6d::Zero());
+
+/// One view on another, and how well it lies there.
+struct RegisteredView {
+  Pose T_ref_cur;
+  Fit fit;
+};
 
 /// Whether a fit passes; gates are scaled to the number of pixels.
 bool passes(const Fit& fit, const ClosureGates& gates, const CameraModel& camera, bool independent);
@@ -34,12 +44,17 @@ class Registrar {
 
   /// kDenseLevels levels of geometry and brightness, all pixels of the reference.
   Alignment align(const Pyramid& reference, const Pyramid& frame, const Pose& T_guess);
+  /// The same from where both views are taken to be, judged; nothing if too little is in both.
+  std::optional<RegisteredView> registerViews(const Pyramid& reference, const Pyramid& frame);
   /// Geometry alone on kSmallLevel alone, as fern images are aligned.
   Alignment alignSmall(const Pyramid& reference, const Pyramid& frame);
   /// How the camera has turned between two pictures, from their coarse grey levels; no turn if they do not tell.
   Pose turn(const Pyramid& previous, const Pyramid& current);
 
  private:
+  Matrix6d brightnessMatrix(const Pyramid& frame, const Alignment& aligned);
+
+  const bool shape_covariance_;
   AlignmentOptions options_, small_options_;
   DepthNoiseModel noise_;
   PointResiduals workspace_;

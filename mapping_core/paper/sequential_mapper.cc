@@ -24,27 +24,28 @@ Result<StepReport> SequentialMapper::step(ReferenceFrame& frame, std::vector<Pap
                options_.fusion.depth_max_m, live);
   camera.model = image.camera;
   if (!camera.log.empty()) track(camera, live, report);
-  camera.live = std::move(live);
   report.ms.track = clock.lap();
+  if (report.lost) {
+    // The next frame starts from the last one that was tracked.
+    camera.log.push_back({tick, image.stamp_ns, camera.T_map_cam});
+    return report;
+  }
+  camera.live = std::move(live);
 
-  if (!report.lost && !camera.log.empty()) {
+  if (!camera.log.empty()) {
     const LoopContext context{frame, cameras, camera, owners, options_, registrar_, tick};
     if (auto done = closeLoops(context, image, report); !done) return done.error();
   }
   report.ms.loop = clock.lap();
 
-  if (!report.lost) {
-    if (auto done = fuse(frame, camera, owners, image, tick); !done) return done.error();
-  }
+  if (auto done = fuse(frame, camera, owners, image, tick); !done) return done.error();
   camera.log.push_back({tick, image.stamp_ns, camera.T_map_cam});
   report.ms.fuse = clock.lap();
 
   if (auto done = predict(frame, camera, image, tick); !done) return done.error();
   report.ms.predict = clock.lap();
 
-  if (!report.lost) {
-    frame.ferns.harvest(fernViewOf(book_, camera.filled, camera.model), {camera.index, tick}, camera.T_map_cam);
-  }
+  frame.ferns.harvest(fernViewOf(book_, camera.filled, camera.model), {camera.index, tick}, camera.T_map_cam);
   report.ms.ferns = clock.lap();
   return report;
 }

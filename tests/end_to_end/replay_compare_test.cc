@@ -1,4 +1,5 @@
 // Graph mode and paper mode on the same few frames, and a run of the paper mode that is not overwritten.
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -32,6 +33,45 @@ TEST_F(Compare, BothModesAreRunAndMeasured) {
   }
   const std::string page = contentOf(out + "/compare.html");
   EXPECT_NE(page.find("<polyline"), std::string::npos) << "times of the rounds are drawn from frames.csv";
+}
+
+TEST_F(Compare, ARobotTooShortToMeasureIsAMissingCellAndNoError) {
+  const std::string out = folder_.path("run");
+  const ProgramRun run = runProgram("fleet replay --compare --json --robot a=" + flat_ + "/a@0:4 --robot b=" + flat_ +
+                                    "/b@0:2 --out " + out);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const Json written = Json::parse(run.out, nullptr, false);
+  ASSERT_FALSE(written.is_discarded()) << run.out;
+  for (const char* mode : {"graph", "paper"}) {
+    const Json& row = written.at("inputs")[0].at(mode);
+    EXPECT_TRUE(row.at("ate_rmse_m").at("b").is_null()) << mode;
+    EXPECT_TRUE(row.at("ate_reason").contains("b")) << mode;
+    EXPECT_TRUE(row.at("ate_rmse_m").at("a").is_number()) << mode;
+  }
+  EXPECT_EQ(written.at("notes").size(), 2u) << written.at("notes").dump();
+}
+
+TEST_F(Compare, AnAblationHasEachRemedyByItselfAndAll) {
+  const std::string out = folder_.path("run");
+  const std::string command = "fleet replay --compare --ablation --json --robot a=" + flat_ + "/a@0:2 --out " + out;
+  const ProgramRun both = runProgram(command + " --fix two-votes");
+  EXPECT_EQ(both.exit_code, 2) << both.err;
+  const ProgramRun run = runProgram(command);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const Json written = Json::parse(run.out, nullptr, false);
+  ASSERT_FALSE(written.is_discarded()) << run.out;
+  const Json& remedies = written.at("inputs")[0].at("remedies");
+  ASSERT_EQ(remedies.size(), 10u);
+  for (const Json& remedy : remedies) {
+    const std::string name = remedy.at("name").get<std::string>();
+    const Json report = Json::parse(contentOf(out + "/fix-" + name + "/report.json"), nullptr, false);
+    ASSERT_FALSE(report.is_discarded()) << name;
+    for (const auto& [fix, on] : report.at("fixes").items()) {
+      std::string option = fix;
+      std::replace(option.begin(), option.end(), '_', '-');
+      EXPECT_EQ(on.get<bool>(), name == "all" || name == option) << name << ": " << fix;
+    }
+  }
 }
 
 TEST_F(Compare, ARunOfThePaperModeIsNotOverwrittenUnasked) {

@@ -61,6 +61,51 @@ TEST(Compare, WithoutTruthNothingIsClaimed) {
   EXPECT_TRUE(compareJson({{"a", graph, paper}}).at("at_least_as_accurate").is_null());
 }
 
+TEST(Compare, SaysWhereErrorsAreMissingOrOfDifferentFrames) {
+  json graph = reportOf(0.01, 0.01, 1e6), paper = reportOf(0.02, 0.02, 2e7);
+  graph["robots"]["a"]["ate_pairs"] = paper["robots"]["a"]["ate_pairs"] = 100;
+  EXPECT_TRUE(compareJson({{"a", graph, paper}}).at("notes").empty());
+  graph["robots"]["a"]["ate_pairs"] = 88;
+  json said = compareJson({{"a", graph, paper}});
+  ASSERT_EQ(said.at("notes").size(), 1u);
+  EXPECT_NE(said.at("notes")[0].get<std::string>().find("88"), std::string::npos) << said.at("notes").dump();
+  EXPECT_NE(compareText(said).find("a:88/100"), std::string::npos) << compareText(said);
+  EXPECT_NE(comparePage(said, {}, {}).find("a:88/100"), std::string::npos);
+
+  graph["robots"]["a"].update({{"ate_rmse_m", nullptr}, {"ate_pairs", 2}, {"ate_reason", "too short"}});
+  said = compareJson({{"a", graph, paper}});
+  ASSERT_FALSE(said.at("notes").empty());
+  EXPECT_NE(said.at("notes")[0].get<std::string>().find("graph mode: none, too short"), std::string::npos)
+      << said.at("notes").dump();
+  EXPECT_FALSE(said.at("at_least_as_accurate").get<bool>());
+}
+
+TEST(Compare, RemediesHaveRowsOfTheirOwn) {
+  const json said = compareJson(
+      {{"a", reportOf(0.01, 0.01, 1e6), reportOf(0.02, 0.02, 2e7), {{"two-votes", reportOf(0.0173, 0.02, 2e7)}}}});
+  ASSERT_EQ(said.at("inputs")[0].at("remedies").size(), 1u);
+  const std::string text = compareText(said);
+  EXPECT_NE(text.find("+ two-votes"), std::string::npos) << text;
+  EXPECT_NE(text.find("0.0173"), std::string::npos) << text;
+  EXPECT_NE(comparePage(said, {}, {}).find("+ two-votes"), std::string::npos);
+}
+
+TEST(Compare, ThePageShowsTimesOverTheNumberOfCameras) {
+  const auto timed = [](int cameras, double frame_ms, double round_ms) {
+    json report = reportOf(0.02, 0.02, 2e7);
+    for (int i = 1; i < cameras; ++i)
+      report["robots"][std::string(1, static_cast<char>('a' + i))] = report["robots"]["a"];
+    report["core"] = {{"frame_ms", {{"median", frame_ms}}}, {"round_ms", {{"median", round_ms}}}};
+    return report;
+  };
+  const std::string page = comparePage(compareJson({{"a", reportOf(0.01, 0.01, 1e6), timed(1, 301, 301)},
+                                                    {"b", reportOf(0.01, 0.01, 1e6), timed(1, 309, 309)},
+                                                    {"a+b", reportOf(0.01, 0.01, 1e6), timed(2, 317, 634)}}),
+                                       {}, {});
+  EXPECT_NE(page.find(">305<"), std::string::npos) << "sets of one size are averaged";
+  EXPECT_NE(page.find(">634<"), std::string::npos);
+}
+
 TEST(Compare, ThePageEscapesNamesAndDrawsTheRounds) {
   const TemporaryFolder folder;
   const std::string head = "tick,camera,a,b,c,d,e,f,total,maps,surfels,l,g,merged,lost\n";

@@ -49,6 +49,28 @@ TEST_F(EvaluateTest, OneMapGetsAJointError) {
   EXPECT_NEAR(*evaluation->robots["b"].joint_rmse_m, 0.2, 1e-6);
 }
 
+TEST_F(EvaluateTest, ARobotTooShortToMeasureIsRefusedUnlessItIsToBeSpared) {
+  folder_.write("run/b.trajectory.txt", "0.0 0 0 0 0 0 0 1\n");
+  const auto refused = evaluate();
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kProblem);
+  truth_.spare_short = true;
+  for (const char* trajectory : {"0.0 0 0 0 0 0 0 1\n", ""}) {
+    folder_.write("run/b.trajectory.txt", trajectory);
+    auto evaluation = evaluate();
+    ASSERT_TRUE(evaluation) << evaluation.error().text;
+    EXPECT_FALSE(evaluation->robots["b"].own_reason.empty());
+    EXPECT_NEAR(evaluation->robots["a"].own.ate.rmse_m, 0, 1e-6);
+    const auto report = updateReport(folder_ / "run", *evaluation);
+    ASSERT_TRUE(report) << report.error().text;
+    EXPECT_TRUE(report->at("robots").at("b").at("ate_rmse_m").is_null());
+    EXPECT_EQ(report->at("robots").at("b").at("ate_reason"), evaluation->robots["b"].own_reason);
+    EXPECT_FALSE(report->at("robots").at("a").contains("ate_reason"));
+  }
+  folder_.write("run/b.trajectory.txt", "not a pose\n");
+  EXPECT_FALSE(evaluate()) << "what is damaged is no short trajectory";
+}
+
 TEST_F(EvaluateTest, SeveralMapsGetNoneAndSayWhy) {
   writeReport(R"({"robots":{"a":{"map":"a/1/0"},"b":{"map":"b/2/0"}}})");
   auto evaluation = evaluate();

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numbers>
 
 #include "mapping_core/surfels/surfel_pool.h"
@@ -61,6 +62,18 @@ struct Walk {
     return *report;
   }
 
+  // Median distance from the true surface of what the last steps have made.
+  double newestMiss() const {
+    std::vector<double> misses;
+    const auto surfels = frame.map.download();
+    for (const TimedSurfel& one : *surfels)
+      if (owners[one.surfel.owner].tick + 4 > tick && owners[one.surfel.owner].tick < tick)
+        misses.push_back(scene.distanceTo(one.surfel.position.cast<double>()));
+    std::sort(misses.begin(), misses.end());
+    EXPECT_GT(misses.size(), 100u);
+    return misses.empty() ? 0 : misses[misses.size() / 2];
+  }
+
   Scene scene = Scene::room();
   PaperOptions options;
   std::shared_ptr<SurfelPool> pool;
@@ -85,6 +98,7 @@ TEST(GlobalLoop, DriftIsBentAwayFromMapAndTrajectory) {
   COMAP_DEVICE_OR_SKIP(device);
   Walk walk(device, quickOptions(), {0.1, 0.05, 0.1});
   const double middle_before = walk.cameras[0].log[Walk::kSteps / 2].T_map_cam.translation().norm();
+  const double miss_before = walk.newestMiss();
   const LoopReport report = walk.close();
   ASSERT_TRUE(report.closed) << report.solve.mean_error_m << " m, cost " << report.solve.cost;
   EXPECT_GT(report.solve.start_error_m, 0.12);
@@ -92,6 +106,7 @@ TEST(GlobalLoop, DriftIsBentAwayFromMapAndTrajectory) {
   EXPECT_LT(walk.cameras[0].log.back().T_map_cam.translation().norm(), 0.03);
   EXPECT_LT(walk.cameras[0].log.front().T_map_cam.translation().norm(), 0.01) << "the old side stays";
   EXPECT_LT(walk.cameras[0].log[Walk::kSteps / 2].T_map_cam.translation().norm(), middle_before);
+  EXPECT_LT(walk.newestMiss(), miss_before / 2) << "the surfaces are bent with the trajectory";
 }
 
 TEST(GlobalLoop, LittleDriftAndPlacesOfJustNowAreLeftAlone) {
@@ -107,8 +122,12 @@ TEST(GlobalLoop, LittleDriftAndPlacesOfJustNowAreLeftAlone) {
                             walk.options, walk.registrar, walk.tick};
   EXPECT_FALSE(mayCloseGlobalLoop(context));
   EXPECT_FALSE(walk.close().closed);
+  // The same walk, with the places old enough and the drift large enough: the refusals above were theirs alone.
   walk.options.ferns.min_age = 15;
   EXPECT_TRUE(mayCloseGlobalLoop(context));
+  const LoopReport report = walk.close();
+  EXPECT_TRUE(report.closed) << report.solve.mean_error_m << " m, cost " << report.solve.cost;
+  EXPECT_LT(walk.cameras[0].T_map_cam.translation().norm(), before.translation().norm() / 2);
 }
 
 }  // namespace

@@ -45,21 +45,23 @@ TEST(PaperCore, OneCameraTracksItsModel) {
   EXPECT_GE(camera.filled.dense_share, 0.3) << "after ten frames much is stable";
 }
 
+// b begins a metre to the right of a, out of its sight in most of its picture, and comes to where a has begun.
+Pose firstAt(int i) { return along(0.004 * i); }
+Pose secondAt(int i) { return along(0.8 - 0.025 * i, 12 - 0.36 * i); }
+
 TEST(PaperCore, TwoCamerasMergeWhereOneSeesWhatTheOtherHasSeen) {
   COMAP_DEVICE_OR_SKIP(device);
   const Scene room = Scene::room();
   const auto core = makeCore(device, 2);
-  // b begins a metre to the right, out of a's sight in most of its picture, and comes to where a has begun.
   constexpr int kFrames = 34;
-  const auto b_at = [](int i) { return along(0.8 - 0.025 * i, 12 - 0.36 * i); };
   for (int i = 0; i < kFrames && core->maps().size() == 2; ++i) {
-    ASSERT_TRUE(core->playRound({room.render(kCamera, along(0.004 * i), i), room.render(kCamera, b_at(i), i)}));
+    ASSERT_TRUE(core->playRound({room.render(kCamera, firstAt(i), i), room.render(kCamera, secondAt(i), i)}));
   }
   ASSERT_EQ(core->maps().size(), 1u);
   ASSERT_EQ(core->merges().size(), 1u);
   const PaperMerge& merge = core->merges()[0];
   const bool into_a = merge.kept == "a";
-  const Pose T_a_b = b_at(0);
+  const Pose T_a_b = secondAt(0);
   const Pose error = (into_a ? T_a_b : T_a_b.inverse()).inverse() * merge.match.T_other_own;
   EXPECT_LT(error.translation().norm(), 0.02);
   EXPECT_LT(error.angle() * 180 / std::numbers::pi, 0.5);
@@ -67,28 +69,61 @@ TEST(PaperCore, TwoCamerasMergeWhereOneSeesWhatTheOtherHasSeen) {
   EXPECT_EQ(core->frameOf(0).ferns.places().size() > 1, true) << "places of both";
 }
 
-TEST(PaperCore, SameFramesGiveTheSameBits) {
+TEST(PaperCore, SameFramesGiveTheSameBitsAlsoThroughMergeAndLoop) {
   COMAP_DEVICE_OR_SKIP(device);
   const Scene room = Scene::room();
+  std::vector<std::pair<Frame, Frame>> frames;
   std::vector<TimedSurfel> first;
+  std::vector<LoggedPose> first_log;
   for (const int run : {0, 1}) {
     const auto core = makeCore(device, 2);
-    for (int i = 0; i < 5; ++i)
-      ASSERT_TRUE(
-          core->playRound({room.render(kCamera, along(0.01 * i), i), room.render(kCamera, along(0.3 + 0.01 * i), i)}));
+    bool looped = false;
+    for (int i = 0; i < 40 && !looped; ++i) {
+      if (run == 0) frames.emplace_back(room.render(kCamera, firstAt(i), i), room.render(kCamera, secondAt(i), i));
+      if (static_cast<size_t>(i) == frames.size()) break;
+      const auto& [a, b] = frames[static_cast<size_t>(i)];
+      ASSERT_TRUE(core->playRound({a, b}));
+      for (const PaperFrameRecord& record : core->records()) looped = looped || record.local_loop;
+    }
+    ASSERT_EQ(core->merges().size(), 1u) << "the run has a merge";
+    ASSERT_TRUE(looped) << "and a local loop, onto the other camera's area";
     auto surfels = core->frameOf(0).map.download();
     ASSERT_TRUE(surfels && !surfels->empty());
     if (run == 0) {
       first = std::move(*surfels);
+      first_log = core->cameras()[1].log;
       continue;
     }
+    ASSERT_EQ(first_log.size(), core->cameras()[1].log.size());
+    for (size_t i = 0; i < first_log.size(); ++i)
+      ASSERT_EQ(first_log[i].T_map_cam.matrix(), core->cameras()[1].log[i].T_map_cam.matrix()) << i;
     ASSERT_EQ(first.size(), surfels->size());
     for (size_t i = 0; i < first.size(); ++i) {
       ASSERT_EQ(first[i].surfel.position, (*surfels)[i].surfel.position) << i;
+      ASSERT_EQ(first[i].surfel.normal, (*surfels)[i].surfel.normal) << i;
       ASSERT_EQ(first[i].surfel.confidence, (*surfels)[i].surfel.confidence) << i;
       ASSERT_EQ(first[i].seen, (*surfels)[i].seen) << i;
     }
   }
+}
+
+TEST(PaperCore, AfterALostFrameTheCameraGoesOnFromTheLastTrackedOne) {
+  COMAP_DEVICE_OR_SKIP(device);
+  const Scene room = Scene::room();
+  const auto core = makeCore(device, 1);
+  int i = 0;
+  for (; i < 12; ++i) ASSERT_TRUE(core->playRound({room.render(kCamera, along(0.01 * i), i)}));
+  // A glimpse of elsewhere without any depth.
+  Frame glimpse = room.render(kCamera, along(0, 25), i);
+  glimpse.depth = DepthImage(kCamera.width, kCamera.height, 0);
+  ASSERT_TRUE(core->playRound({glimpse}));
+  ASSERT_TRUE(core->records().back().lost);
+  const std::vector<LoggedPose>& log = core->cameras()[0].log;
+  EXPECT_EQ(log[12].T_map_cam.matrix(), log[11].T_map_cam.matrix()) << "a lost frame keeps the pose";
+  ASSERT_TRUE(core->playRound({room.render(kCamera, along(0.12), 13)}));
+  EXPECT_FALSE(core->records().back().lost);
+  EXPECT_LT((along(0.12).inverse() * log.back().T_map_cam).translation().norm(), 0.008);
+  EXPECT_LT((along(0.12).inverse() * log.back().T_map_cam).angle() * 180 / std::numbers::pi, 0.3);
 }
 
 TEST(PaperCore, RoundsAndFramesThatDoNotFitAreRefused) {
