@@ -36,6 +36,7 @@ bool parse(const std::string& text, Number& value) {
 std::map<std::string, std::vector<PoseError>> poseErrors(const RunEvaluation& evaluation) {
   std::map<std::string, std::vector<PoseError>> errors;
   for (const auto& [name, robot] : evaluation.robots) {
+    if (!evaluation.joint && !robot.own_reason.empty()) continue;  // nothing to align by
     const Pose& T_truth_map = evaluation.joint ? evaluation.joint->T_truth_estimate : robot.own.ate.T_truth_estimate;
     const Pose T_map_truth = T_truth_map.inverse();
     for (const PosePair& pair : robot.own.pairs) {
