@@ -24,8 +24,17 @@ if(NOT CMAKE_CROSSCOMPILING)
     COMMAND fleet completion zsh > ${tools}/_fleet
     COMMAND fleet completion bash > ${tools}/fleet
     DEPENDS fleet VERBATIM)
+  foreach(program mapping_core edge_agent)
+    add_custom_command(
+      OUTPUT ${etc}/${program}.1
+      COMMAND ${program} --man > ${etc}/${program}.1
+      DEPENDS ${program} VERBATIM)
+  endforeach()
   file(MAKE_DIRECTORY ${etc} ${tools})
-  add_custom_target(packaged_files ALL DEPENDS ${etc}/core.yaml ${etc}/robot.yaml ${tools}/fleet)
+  add_custom_target(packaged_files ALL
+    DEPENDS ${etc}/core.yaml ${etc}/robot.yaml ${etc}/mapping_core.1 ${etc}/edge_agent.1 ${tools}/fleet)
+  install(FILES ${etc}/mapping_core.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT core)
+  install(FILES ${etc}/edge_agent.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT edge)
   install(DIRECTORY ${tools}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT tools)
   install(FILES ${tools}/fleet DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT tools)
   install(FILES ${tools}/_fleet DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT tools)

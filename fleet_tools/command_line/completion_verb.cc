@@ -1,8 +1,8 @@
 #include <cstdio>
 #include <memory>
 
-#include "fleet_tools/command_line/command_description.h"
 #include "fleet_tools/command_line/verb.h"
+#include "protocol/program/command_description.h"
 
 namespace comap {
 

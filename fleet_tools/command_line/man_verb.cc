@@ -4,10 +4,10 @@
 #include <fstream>
 #include <memory>
 
-#include "fleet_tools/command_line/command_description.h"
 #include "fleet_tools/command_line/fail.h"
 #include "fleet_tools/command_line/verb.h"
 #include "fleet_tools/export/staged_files.h"
+#include "protocol/program/command_description.h"
 
 namespace comap {
 namespace {

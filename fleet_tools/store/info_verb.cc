@@ -32,7 +32,7 @@ struct StoreInfo {
   size_t keyframes = 0, keyframes_without_pose = 0, merges = 0, undone_merges = 0, withdrawn_edges = 0;
   std::vector<RobotInfo> robots;  // in order of arrival
   std::map<MapId, MapInfo> maps;
-  size_t edges[kEdgeKinds] = {};
+  std::array<size_t, kEdgeKinds> edges{};
   size_t accepted = 0;
   std::map<std::string, size_t> refused;
 };
@@ -98,9 +98,10 @@ Result<StoreInfo> gather(const std::string& path) {
     info.maps[map].tiles = size.tiles;
     info.maps[map].surfels = size.surfels;
   }
-  const auto edges = store->edges();
+  const auto edges = store->edgeCounts();
   if (!edges) return edges.error();
-  for (const Edge& edge : *edges) ++info.edges[static_cast<size_t>(edge.kind)];
+  info.edges = edges->holding;
+  info.withdrawn_edges = edges->withdrawn;
   const auto verdicts = store->verdictCounts();
   if (!verdicts) return verdicts.error();
   for (const auto& [reason, count] : *verdicts) (reason == "accepted" ? info.accepted : info.refused[reason]) = count;
@@ -108,9 +109,6 @@ Result<StoreInfo> gather(const std::string& path) {
   if (!merges) return merges.error();
   info.merges = merges->size();
   for (const MergeRecord& merge : *merges) info.undone_merges += !merge.undone.empty();
-  const auto withdrawn = store->withdrawnEdges();
-  if (!withdrawn) return withdrawn.error();
-  info.withdrawn_edges = withdrawn->size();
   return info;
 }
 

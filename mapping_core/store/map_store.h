@@ -2,6 +2,7 @@
 // One SQLite file (WAL). A call returns after its transaction is durable.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <map>
 #include <memory>
@@ -76,6 +77,12 @@ class MapStore {
   /// Those that hold, in order of addition.
   Result<std::vector<Edge>> edges() const;
   Result<std::vector<WithdrawnEdge>> withdrawnEdges() const;
+  struct EdgeCounts {
+    std::array<size_t, kEdgeKinds> holding{};  ///< by kind
+    size_t withdrawn = 0;
+  };
+  /// How many there are, without reading them.
+  Result<EdgeCounts> edgeCounts() const;
   /// Takes out all of one kind, withdrawn ones too.
   Result<void> removeEdges(EdgeKind kind);
   /// The edge is kept, but holds no longer because `merge` was undone; 0: it holds again. kWrongUse if there is none.

@@ -84,6 +84,24 @@ Result<std::vector<WithdrawnEdge>> MapStore::withdrawnEdges() const {
                    "SELECT " COMAP_EDGE_COLUMNS " FROM edges WHERE withdrawn_by <> 0 ORDER BY number");
 }
 
+Result<MapStore::EdgeCounts> MapStore::edgeCounts() const {
+  Result<Query> query =
+      state_->database.query("SELECT kind, withdrawn_by <> 0, count(*) FROM edges GROUP BY kind, withdrawn_by <> 0");
+  if (!query) return query.error();
+  EdgeCounts counts;
+  for (;;) {
+    const Result<bool> row = query->step();
+    if (!row) return row.error();
+    if (!*row) return counts;
+    const std::string name = query->text();
+    const bool withdrawn = query->integer() != 0;
+    const auto count = static_cast<size_t>(query->integer());
+    const auto kind = kindOf(name, state_->database.path());
+    if (!kind) return kind.error();
+    (withdrawn ? counts.withdrawn : counts.holding[static_cast<size_t>(*kind)]) += count;
+  }
+}
+
 Result<void> MapStore::removeEdges(EdgeKind kind) {
   Result<Query> query = state_->database.query("DELETE FROM edges WHERE kind = ?");
   if (!query) return query.error();

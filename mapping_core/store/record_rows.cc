@@ -7,6 +7,8 @@ namespace {
 
 constexpr std::array<const char*, kEdgeKinds> kKindNames = {"odometry", "loop", "inter_robot", "covisibility"};
 
+}  // namespace
+
 Result<EdgeKind> kindOf(const std::string& name, const std::string& path) {
   for (size_t i = 0; i < kKindNames.size(); ++i) {
     if (name == kKindNames[i]) return static_cast<EdgeKind>(i);
@@ -14,8 +16,6 @@ Result<EdgeKind> kindOf(const std::string& name, const std::string& path) {
   return Error{ErrorCode::kBadData,
                path + ": edge kind is '" + name + "', expected odometry, loop, inter_robot or covisibility"};
 }
-
-}  // namespace
 
 std::string kindName(EdgeKind kind) { return kKindNames.at(size_t(kind)); }
 

@@ -22,6 +22,7 @@
 namespace comap {
 
 std::string kindName(EdgeKind kind);
+Result<EdgeKind> kindOf(const std::string& name, const std::string& path);
 
 /// From a query that stands on a row of COMAP_EDGE_COLUMNS, and so on. What is wrong with a value comes out of the
 /// query's next step(); an unknown kind is kBadData at once.

@@ -1,5 +1,7 @@
 #include "protocol/program/service_arguments.h"
 
+#include "protocol/program/command_description.h"
+
 namespace comap {
 
 void addServiceOptions(CLI::App& app, ServiceArguments& arguments, const std::string& site, const std::string& ros2) {
@@ -20,6 +22,9 @@ void addServiceOptions(CLI::App& app, ServiceArguments& arguments, const std::st
   app.add_flag("--ros2", arguments.ros2, ros2 + "; see ros2 in --print-config");
   app.add_flag("--print-config", arguments.print_config, "Print the configuration in force and stop");
   app.add_flag("--check-config", arguments.check_config, "Check the configuration and stop");
+  app.add_flag_callback(
+      "--man", [&app] { throw CLI::CallForVersion(manPage(app, app.get_name()), 0); },
+      "Print the manual page, for man -l -, and stop");
 }
 
 Result<void> apply(const ServiceArguments& arguments, const std::string& program, const std::string& prefix,

@@ -8,8 +8,8 @@
 #include <set>
 #include <sstream>
 
-#include "fleet_tools/command_line/command_description.h"
 #include "fleet_tools/command_line/fleet_app.h"
+#include "protocol/program/command_description.h"
 #include "tests/files/temporary_folder.h"
 
 namespace comap {

@@ -141,8 +141,13 @@ TEST_F(MapStoreTest, withdrawnEdgesAndUndoneMergesAreKeptApart) {
   EXPECT_EQ((*withdrawn)[0].withdrawn_by, 3u);
   EXPECT_EQ((*withdrawn)[0].edge.merge, 4u);
   EXPECT_EQ((*withdrawn)[0].edge.information, edge.information);
+  const auto counts = read()->edgeCounts();
+  ASSERT_TRUE(counts) << counts.error().text;
+  EXPECT_EQ(counts->withdrawn, 1u);
+  EXPECT_EQ(counts->holding, (std::array<size_t, kEdgeKinds>{0, 1, 0, 0}));
   ASSERT_TRUE(store->withdrawEdge(edge, 0));
   EXPECT_EQ(store->edges()->size(), 2u);
+  EXPECT_EQ(store->edgeCounts()->holding, (std::array<size_t, kEdgeKinds>{0, 1, 1, 0}));
   edge.to.sequence = 99;
   EXPECT_EQ(store->withdrawEdge(edge, 1).error().code, ErrorCode::kWrongUse);
 

@@ -1,4 +1,4 @@
-#include "fleet_tools/command_line/command_description.h"
+#include "protocol/program/command_description.h"
 
 #include <algorithm>
 #include <cctype>
