@@ -69,7 +69,7 @@ bool passes(const Fit& fit, const ClosureGates& gates, const CameraModel& camera
   return static_cast<double>(fit.inliers) > kInlierRatio * static_cast<double>(fit.compared);
 }
 
-Registrar::Registrar(const PaperOptions& options) : shape_covariance_(options.fixes.shape_covariance) {
+Registrar::Registrar(const PaperOptions& options) : joint_covariance_(options.fixes.joint_covariance) {
   const DenseOptions& chosen = options.dense;
   if (options.fixes.noise_weights) {
     // Both views have noise.
@@ -100,7 +100,7 @@ Alignment Registrar::align(const Pyramid& reference, const Pyramid& frame, const
 std::optional<RegisteredView> Registrar::registerViews(const Pyramid& reference, const Pyramid& frame) {
   const Alignment aligned = align(reference, frame, Pose());
   if (!aligned.solved) return std::nullopt;
-  const Matrix6d brightness = shape_covariance_ ? Matrix6d::Zero() : brightnessMatrix(frame, aligned);
+  const Matrix6d brightness = joint_covariance_ ? brightnessMatrix(frame, aligned) : Matrix6d::Zero();
   return RegisteredView{aligned.T_ref_cur, fitOf(reference, frame, 0, aligned.T_ref_cur, brightness)};
 }
 

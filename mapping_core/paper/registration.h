@@ -54,7 +54,7 @@ class Registrar {
  private:
   Matrix6d brightnessMatrix(const Pyramid& frame, const Alignment& aligned);
 
-  const bool shape_covariance_;
+  const bool joint_covariance_;
   AlignmentOptions options_, small_options_;
   DepthNoiseModel noise_;
   PointResiduals workspace_;
