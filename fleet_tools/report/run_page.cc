@@ -20,6 +20,12 @@ bool exists(const std::string& path) {
   return fs::exists(path, problem);
 }
 
+// A robot that never was tracked has a trajectory of no pose, which is a file of no bytes.
+bool isEmpty(const std::string& path) {
+  std::error_code problem;
+  return !fs::exists(path, problem) || fs::file_size(path, problem) == 0;
+}
+
 Result<Errors> errorsOf(const std::string& run) {
   const std::string path = run + "/errors.csv";
   return exists(path) ? readErrorsCsv(path) : Errors();
@@ -31,7 +37,7 @@ Result<std::vector<ReportTrajectory>> trajectoriesOf(const std::string& run, con
   std::vector<ReportTrajectory> trajectories;
   for (const auto& [robot, colour] : robotColours(report)) {
     const std::string path = run + "/" + robot + ".trajectory.txt";
-    if (!exists(path)) continue;
+    if (isEmpty(path)) continue;
     const auto poses = readTrajectory(path);
     if (!poses) return poses.error();
     ReportTrajectory& trajectory = trajectories.emplace_back();

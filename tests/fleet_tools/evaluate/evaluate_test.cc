@@ -147,6 +147,14 @@ TEST_F(EvaluateTest, ThePageOfARunGainsWhatWasMeasured) {
   EXPECT_NE(after.find("class=\"truth\""), std::string::npos);
 }
 
+TEST_F(EvaluateTest, ARobotWithoutAnyPoseIsNotDrawn) {
+  folder_.write("run/b.trajectory.txt", "");
+  const auto written = writeRunPage(folder_ / "run");
+  ASSERT_TRUE(written) << written.error().text;
+  EXPECT_NE(folder_.read("run/report.html").find("<title>a</title>"), std::string::npos);
+  EXPECT_EQ(folder_.read("run/report.html").find("<title>b</title>"), std::string::npos);
+}
+
 TEST_F(EvaluateTest, EvaluatesOnlyWhatTheTrajectoryHolds) {
   const std::string all = crossAt(0);
   folder_.write("run/a.trajectory.txt", all.substr(0, all.find("4 ")));
