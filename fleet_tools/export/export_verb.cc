@@ -6,6 +6,7 @@
 #include <set>
 
 #include "fleet_tools/command_line/fail.h"
+#include "fleet_tools/command_line/output_file.h"
 #include "fleet_tools/command_line/text_table.h"
 #include "fleet_tools/command_line/verb.h"
 #include "fleet_tools/export/glb.h"
@@ -172,6 +173,7 @@ Result<Exported> exportTum(const MapStore& store, const ExportOptions& options) 
 }
 
 int run(const ExportOptions& options) {
+  if (const auto free = refuseDatabase(options.out); !free) return failWith(free.error());
   const Result<MapStore> store = MapStore::open(options.store, MapStore::Mode::kReadOnly);
   if (!store) return failWith(store.error());
   const bool poses = options.format == "tum";

@@ -8,6 +8,7 @@
 
 #include "edge_agent/capture/image_file.h"
 #include "fleet_tools/command_line/fail.h"
+#include "fleet_tools/command_line/output_file.h"
 #include "fleet_tools/command_line/text_table.h"
 #include "fleet_tools/command_line/verb.h"
 #include "fleet_tools/render/surfel_renderer.h"
@@ -110,6 +111,7 @@ Result<PictureView> chooseView(const RenderOptions& options, std::span<const Sto
 }
 
 int run(const RenderOptions& options) {
+  if (const auto free = refuseDatabase(options.out); !free) return failWith(free.error());
   const auto size = parseSize(options.size);
   if (!size) return failWith(size.error());
   const auto store = MapStore::open(options.store, MapStore::Mode::kReadOnly);

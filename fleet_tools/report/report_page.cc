@@ -225,7 +225,7 @@ std::string parameters(const json& report) {
     if (!text.empty()) rows.push_back({{"name", name}, {"value", *value}});
   };
   add("version", find(report, {"version"}));
-  add("device", find(report, {"core", "device"}));
+  add("device that was used", find(report, {"core", "device"}));
   add("peak memory of the core, MB", find(report, {"core", "peak_rss_mb"}));
   add("hash of all parameters", find(report, {"parameters_hash"}));
   if (const json* all = find(report, {"parameters"}); all != nullptr && all->is_object()) {

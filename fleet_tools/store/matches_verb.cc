@@ -58,7 +58,10 @@ int run(const MatchesOptions& options) {
   const auto counts = store->verdictCounts(options.robot);
   if (!counts) return failWith(counts.error());
   if (!options.json) {
-    print(*verdicts);
+    if (!options.reason.empty() && !counts->contains(options.reason))
+      std::printf("no match was judged '%s'; what there is:\n", printable(options.reason).c_str());
+    else
+      print(*verdicts);
     printCounts(*counts);
     return 0;
   }

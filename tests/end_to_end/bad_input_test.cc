@@ -142,7 +142,9 @@ TEST_F(BadInput, OptionsOfTheOtherModeAreRefused) {
 
 TEST_F(BadInput, UnknownOptionAndVerb) {
   EXPECT_EQ(runProgram("fleet replay --roboot a=b").exit_code, 2);
-  EXPECT_EQ(runProgram("fleet dance").exit_code, 2);
+  const ProgramRun unknown = runProgram("fleet dance");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_NE(unknown.err.find("dance"), std::string::npos) << unknown.err;
   EXPECT_EQ(runProgram("edge_agent --sauce x").exit_code, 2);
   EXPECT_EQ(runProgram("mapping_core --domain 999").exit_code, 2);
 }

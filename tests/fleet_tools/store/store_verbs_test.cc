@@ -207,6 +207,26 @@ TEST_F(StoreVerbs, failuresLeaveNoFilesAndSayWhy) {
   EXPECT_EQ(entries(), (std::set<std::string>{"file", "map.comap"}));
 }
 
+TEST_F(StoreVerbs, aStoreIsNeverWrittenOver) {
+  fill(1);
+  const std::string before = fleet("info " + store_ + " --json").out;
+  const std::string link = (folder_ / "link.ply").string();
+  std::filesystem::create_symlink(store_, link);
+  for (const std::string& out : {store_, link})
+    for (const std::string verb : {"export --format ply ", "export --format glb ", "export --format tiles3d ",
+                                   "export --format tum ", "render "}) {
+      const Outcome outcome = fleet(verb + store_ + " --out " + out);
+      EXPECT_EQ(outcome.code, 2) << verb << outcome.err;
+      EXPECT_NE(outcome.err.find(out), std::string::npos) << outcome.err;
+    }
+  EXPECT_EQ(fleet("info " + store_ + " --json").out, before);
+}
+
+TEST_F(StoreVerbs, aReasonThatNoMatchHasIsNamed) {
+  fill(1);
+  EXPECT_NE(fleet("matches " + store_ + " --reason nonsense").out.find("judged 'nonsense'"), std::string::npos);
+}
+
 TEST_F(StoreVerbs, robotNamesBecomeNoPaths) {
   {
     auto store = MapStore::open(store_, MapStore::Mode::kCreateOrOpen);
