@@ -3,10 +3,8 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
-
-#include "fleet_tools/replay/frames_csv.h"
-#include "fleet_tools/report/report_page.h"
 
 namespace comap {
 
@@ -30,9 +28,5 @@ std::string framesText(const nlohmann::json& numbers);
 
 /// For a terminal: one line an input and mode, then the words.
 std::string compareText(const nlohmann::json& comparison);
-
-/// compare.html; `pictures` are shown in their order.
-std::string comparePage(const nlohmann::json& comparison, const std::vector<ReportPicture>& pictures,
-                        const RoundTimes& times);
 
 }  // namespace comap

@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <thread>
 
 #include "edge_agent/capture/source_uri.h"
 #include "fleet_tools/evaluate/compare.h"
 #include "fleet_tools/replay/run_folder.h"
 #include "fleet_tools/replay/run_outputs.h"
+#include "fleet_tools/report/compare_page.h"
+#include "fleet_tools/report/map_pictures.h"
+#include "fleet_tools/report/run_page.h"
 #include "protocol/types/whole_file.h"
 
 namespace comap {
@@ -46,7 +48,10 @@ Result<json> evaluated(const ReplayOptions& options, const CompareOptions& compa
   const int threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
   const auto evaluation = evaluateRun(options.out, truth, threads);
   if (!evaluation) return evaluation.error();
-  return updateReport(options.out, *evaluation);
+  auto updated = updateReport(options.out, *evaluation);
+  if (!updated) return updated.error();
+  if (auto written = writeRunPage(options.out); !written) return written.error();
+  return updated;
 }
 
 std::string nameOf(const std::vector<ReplayRobot>& robots) {
@@ -131,16 +136,17 @@ std::vector<std::vector<ReplayRobot>> smallerSets(const std::vector<ReplayRobot>
   return found;
 }
 
-std::vector<ReportPicture> picturesOf(const std::string& out) {
+// Each picture of the graph mode with the same one of the paper mode.
+Result<std::vector<ReportPicture>> picturesOf(const std::string& out) {
+  auto graph = readMapPictures(out + "/graph"), paper = readMapPictures(out + "/paper");
+  if (!graph) return graph.error();
+  if (!paper) return paper.error();
   std::vector<ReportPicture> pictures;
-  for (const auto& [file, title] :
-       {std::pair("map.png", "map"), std::pair("map-contribution.png", "who contributed what")})
-    for (const char* mode : {"graph", "paper"}) {
-      std::ifstream stream(out + "/" + mode + "/" + file, std::ios::binary);
-      std::vector<uint8_t> bytes((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-      if (!bytes.empty())
-        pictures.push_back(
-            {std::string(mode) + " mode: " + title, std::move(bytes), file != std::string_view("map.png")});
+  for (size_t i = 0; i < std::max(graph->size(), paper->size()); ++i)
+    for (auto& [mode, from] : {std::pair("graph mode", &*graph), std::pair("paper mode", &*paper)}) {
+      if (i >= from->size()) continue;
+      ReportPicture& picture = pictures.emplace_back(std::move((*from)[i]));
+      picture.title = std::string(mode) + ": " + picture.title;
     }
   return pictures;
 }
@@ -176,8 +182,11 @@ Result<json> replayCompare(const ReplayOptions& options, const PaperOptions& pap
   if (!times) return times.error();
   if (auto written = writeWholeFile(options.out + "/compare.json", comparison.dump(2) + "\n"); !written)
     return written.error();
-  const std::string page = comparePage(comparison, picturesOf(options.out), *times);
-  if (auto written = writeWholeFile(options.out + "/compare.html", page); !written) return written.error();
+  const auto pictures = picturesOf(options.out);
+  if (!pictures) return pictures.error();
+  if (auto written = writeWholeFile(options.out + "/compare.html", comparePage(comparison, *pictures, *times));
+      !written)
+    return written.error();
   return comparison;
 }
 

@@ -61,21 +61,42 @@ std::string troubleText(const nlohmann::json& robot) {
   return text.empty() ? text : " (" + text + ")";
 }
 
+std::string listText(const nlohmann::json& names) {
+  std::string text;
+  for (const auto& name : names) text += (text.empty() ? "" : ", ") + name.get<std::string>();
+  return text;
+}
+
+// "42 refused (31 inlier_ratio, 11 coarse_alignment)", or "none refused".
+std::string refusedText(const nlohmann::json& refused) {
+  std::vector<std::pair<int, std::string>> reasons;
+  int sum = 0;
+  for (const auto& [reason, count] : refused.items()) {
+    reasons.emplace_back(count.get<int>(), reason);
+    sum += count.get<int>();
+  }
+  if (sum == 0) return "none refused";
+  std::stable_sort(reasons.begin(), reasons.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::string text;
+  for (const auto& [count, reason] : reasons) text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + reason;
+  return std::to_string(sum) + " refused (" + text + ")";
+}
+
 void printSummary(const nlohmann::json& report, const std::string& out) {
   for (const auto& [name, robot] : report.at("robots").items())
     std::printf(
-        "robot %-8s %4d frames%s, %3d keyframes (%d lost), %.0f kB/s up, odometry %.1f ms (p95 %.1f), map %s, %d "
-        "tiles\n",
+        "robot %-8s %4d frames%s, %3d keyframes (%d lost), %.0f kB/s up, odometry %.1f ms (p95 %.1f), map %s, holds "
+        "%d tiles of it\n",
         name.c_str(), robot.at("frames").get<int>(), troubleText(robot).c_str(), robot.at("keyframes").get<int>(),
         robot.at("keyframes_lost").get<int>(), robot.at("uplink_bytes_per_s").get<double>() / 1000,
         robot.at("odometry_ms").at("median").get<double>(), robot.at("odometry_ms").at("p95").get<double>(),
         robot.at("map").get<std::string>().c_str(), robot.at("tiles_held").get<int>());
   for (const auto& map : report.at("maps"))
     std::printf("map %s: robots %s, %d keyframes, %d surfels, %d tiles\n", map.at("id").get<std::string>().c_str(),
-                map.at("robots").dump().c_str(), map.at("keyframes").get<int>(), map.at("surfels").get<int>(),
+                listText(map.at("robots")).c_str(), map.at("keyframes").get<int>(), map.at("surfels").get<int>(),
                 map.at("tiles").get<int>());
-  std::printf("place matches: %d accepted, refused %s\n", report.at("verdicts").at("accepted").get<int>(),
-              report.at("verdicts").at("refused").dump().c_str());
+  std::printf("place matches: %d accepted, %s\n", report.at("verdicts").at("accepted").get<int>(),
+              refusedText(report.at("verdicts").at("refused")).c_str());
   std::printf("core: %.0f ms a keyframe (p95 %.0f) on %s; %.1f s in all\n",
               report.at("core").at("keyframe_ms").at("median").get<double>(),
               report.at("core").at("keyframe_ms").at("p95").get<double>(),
@@ -90,7 +111,7 @@ void printPaperSummary(const nlohmann::json& report, const std::string& out) {
                 robot.at("map").get<std::string>().c_str());
   for (const auto& map : report.at("maps"))
     std::printf("map %s: robots %s, %d surfels, %d places\n", map.at("id").get<std::string>().c_str(),
-                map.at("robots").dump().c_str(), map.at("surfels").get<int>(), map.at("places").get<int>());
+                listText(map.at("robots")).c_str(), map.at("surfels").get<int>(), map.at("places").get<int>());
   const auto& core = report.at("core");
   std::printf("loops: %d local, %d global; merges: %zu\n", core.at("local_loops").get<int>(),
               core.at("global_loops").get<int>(), report.at("merges").size());

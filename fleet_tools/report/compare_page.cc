@@ -1,3 +1,5 @@
+#include "fleet_tools/report/compare_page.h"
+
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
@@ -6,14 +8,14 @@
 #include "fleet_tools/command_line/text_table.h"
 #include "fleet_tools/evaluate/compare.h"
 #include "fleet_tools/report/html.h"
-#include "fleet_tools/report/report_page.h"
+#include "fleet_tools/report/svg.h"
 
 namespace comap {
 namespace {
 
 using nlohmann::json;
 
-constexpr double kWidth = 1000, kHeight = 320, kLeft = 50, kBottom = 26;
+constexpr double kHeight = 270, kLeft = 50, kRight = 16, kTop = 8, kBottom = 26;
 
 std::string cell(const json& value, double scale, int decimals) {
   return value.is_number() ? fixed(scale * value.get<double>(), decimals) : "";
@@ -146,37 +148,31 @@ std::string timePlot(const RoundTimes& times) {
     }
     most = std::max(most, sum);
   }
-  const auto x = [&](size_t tick) {
-    return kLeft + (kWidth - kLeft) * static_cast<double>(tick) / static_cast<double>(times.ms.size() - 1);
-  };
-  const auto y = [&](double ms) { return (kHeight - kBottom) * (1 - ms / (1.05 * most)); };
-  std::string svg = "<svg class=\"plot\" viewBox=\"0 0 " + fixed(kWidth, 0) + " " + fixed(kHeight, 0) +
-                    "\" role=\"img\" aria-label=\"Time of each frame\"><g class=\"grid\">",
-              labels = "<g class=\"axis\">";
-  for (int i = 0; i <= 4; ++i) {
-    const double ms = most * i / 4;
-    svg += fmt::format("<line x1=\"{0:.0f}\" y1=\"{1:.1f}\" x2=\"{2:.0f}\" y2=\"{1:.1f}\"/>", kLeft, y(ms), kWidth);
-    labels +=
-        fmt::format("<text x=\"{:.0f}\" y=\"{:.1f}\" text-anchor=\"end\">{:.0f}</text>", kLeft - 6, y(ms) + 4, ms);
-    const size_t tick = (times.ms.size() - 1) * static_cast<size_t>(i) / 4;
-    labels += fmt::format("<text x=\"{:.1f}\" y=\"{:.0f}\" text-anchor=\"middle\">{}</text>",
-                          std::min(x(tick), kWidth - 16), kHeight - 6, tick + 1);
+  most *= 1.05;
+  const double last = static_cast<double>(times.ms.size() - 1);
+  const auto x = [&](double tick) { return kLeft + (kPlotWidth - kLeft - kRight) * tick / last; };
+  const auto y = [&](double ms) { return kTop + (kHeight - kTop - kBottom) * (1 - ms / most); };
+  std::string svg = svgOpen(kHeight, "Time of each round") + "<g class=\"grid\">", labels = "<g class=\"axis\">";
+  const double up = gridStep(most / 4), across = std::max(1.0, gridStep(last / 8));
+  for (double ms = 0; ms <= most; ms += up) {
+    svg += svgLine(kLeft, y(ms), kPlotWidth - kRight, y(ms));
+    labels += svgText(kLeft - 6, y(ms) + 4, "end", gridNumber(ms, up));
   }
+  for (double tick = 0; tick <= last; tick += across)
+    labels += svgText(x(tick), kHeight - 7, "middle", gridNumber(tick, across));
   svg += "</g>" + labels + "</g>";
-  for (const size_t tick : times.merges)
-    svg += fmt::format(
-        "<line x1=\"{0:.1f}\" y1=\"0\" x2=\"{0:.1f}\" y2=\"{1:.0f}\" stroke=\"currentColor\" stroke-dasharray=\"4 "
-        "4\"/>",
-        x(tick), kHeight - kBottom);
+  for (const size_t tick : times.merges) {
+    const double at = x(static_cast<double>(tick));
+    svg += "<g class=\"merge\" stroke-dasharray=\"4 4\">" + svgLine(at, kTop, at, kHeight - kBottom) + "</g>";
+  }
   std::string legend = "<p class=\"legend\">";
   for (size_t c = 0; c < cameras; ++c) {
     std::string points;
     for (size_t tick = 0; tick < sums[c].size(); ++tick)
-      points += fmt::format("{:.1f},{:.1f} ", x(tick), y(sums[c][tick]));
-    const std::string colour = fmt::format("c{}", c % 8);
-    svg += fmt::format("<g class=\"{}\"><polyline style=\"stroke-width:1.2\" points=\"{}\"/></g>", colour, points);
-    legend += fmt::format("<span class=\"{}\"><i></i>{}{}</span>", colour, c == 0 ? "" : "with ",
-                          htmlEscape(times.cameras[c]));
+      points += svgNumber(x(static_cast<double>(tick))) + "," + svgNumber(y(sums[c][tick])) + " ";
+    svg +=
+        fmt::format("<g class=\"{}\"><polyline style=\"stroke-width:1.2\" points=\"{}\"/></g>", colourClass(c), points);
+    legend += legendEntry(c, (c == 0 ? "" : "with ") + times.cameras[c]);
   }
   return "<section class=\"box\">" + svg + "</svg>" + legend +
          "<span class=\"note\">milliseconds a round, one camera after the other; dashed: a "

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "fleet_tools/evaluate/evaluate_paper.h"
+#include "fleet_tools/report/compare_page.h"
 #include "tests/files/temporary_folder.h"
 
 namespace comap {
