@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "protocol/config/config_reader.h"
+#include "protocol/config/yaml_text.h"
 
 namespace comap {
 
@@ -96,14 +97,14 @@ std::string printAgentConfig(const AgentConfig& c) {
   return fmt::format(
              R"(# A robot's agent. Every key is optional; these are the values in force.
 robot: {}                # 1-32 characters of a-z 0-9 _ -
-source: "{}"             # where frames come from; edge_agent --list-sources
+source: {}             # where frames come from; edge_agent --list-sources
 link:
   domain: {}             # DDS domain, 0..230; the same as the core's
-  site: "{}"             # the core's site
-  interface_address: "{}"  # the one network interface to use: its IPv4 address, or its name
+  site: {}             # the core's site
+  interface_address: {}  # the one network interface to use: its IPv4 address, or its name
   profile: {}          # local: this machine; lan: small datagrams; wan: no multicast; auto: local on 127.*, else lan
-  core_address: "{}"     # wan: IPv4 address of the core
-  keys: "{}"             # folder made by fleet keys: messages are encrypted; empty: clear text
+  core_address: {}     # wan: IPv4 address of the core
+  keys: {}             # folder made by fleet keys: messages are encrypted; empty: clear text
   insecure: {}         # true: clear text on an interface other than loopback
 odometry:
   depth_min_m: {}
@@ -129,7 +130,7 @@ uplink:
   jpeg_quality: {}
 outbox:                         # where keyframes are until the core has them
   kind: {}                    # disk, or memory: what waits is lost with the process
-  directory: "{}"               # empty: $STATE_DIRECTORY, $XDG_STATE_HOME/comap or $HOME/.local/state/comap
+  directory: {}               # empty: $STATE_DIRECTORY, $XDG_STATE_HOME/comap or $HOME/.local/state/comap
   quota_mb: {}                # then coarser colour, then fewer keyframes; in memory 256 at most; 0: no limit
   thin_jpeg_quality: {}
 ferns:
@@ -143,17 +144,17 @@ localizer:                      # what returned tiles are used for
   memory_mb: {}                # of tiles; beyond it the farthest are forgotten, and asked for again when near
   smooth_frames: {}             # time constant of the pose that consumers see
 {})",
-             c.robot, c.source, c.link.domain, c.link.site, c.link.interface_address, c.link.profile,
-             c.link.core_address, c.link.keys, c.link.insecure, c.odometry.depth_min_m, c.odometry.depth_max_m,
-             c.odometry.alignment.noise.floor_m, c.odometry.alignment.noise.factor_per_m,
-             c.odometry.alignment.photometric_weight, c.odometry.inherited_frames, c.odometry.lost_after,
-             c.odometry.threads, c.recovery.patience_frames, c.keyframes.translation_m, c.keyframes.rotation_rad,
-             c.keyframes.overlap, c.keyframes.max_frames, c.depth_rounding.step_per_m, c.sender.send.window,
-             c.max_waiting_keyframes, c.sender.send.resend_after.count(), c.sender.send.budget_bytes_per_s,
-             c.sender.jpeg_quality, c.outbox.kind, c.outbox.directory,
-             c.outbox.quota_mb == kUnlimited_mb ? 0 : c.outbox.quota_mb, c.sender.thin_jpeg_quality, c.fern_seed,
-             c.interest_radius_m, c.downlink_bytes_per_s, c.localizer.enabled, c.localizer.every_frames,
-             c.localizer.memory_mb, c.localizer.smooth_frames, printCameraConfig(c.camera)) +
+             yamlText(c.robot), yamlText(c.source), c.link.domain, yamlText(c.link.site),
+             yamlText(c.link.interface_address), c.link.profile, yamlText(c.link.core_address), yamlText(c.link.keys),
+             c.link.insecure, c.odometry.depth_min_m, c.odometry.depth_max_m, c.odometry.alignment.noise.floor_m,
+             c.odometry.alignment.noise.factor_per_m, c.odometry.alignment.photometric_weight,
+             c.odometry.inherited_frames, c.odometry.lost_after, c.odometry.threads, c.recovery.patience_frames,
+             c.keyframes.translation_m, c.keyframes.rotation_rad, c.keyframes.overlap, c.keyframes.max_frames,
+             c.depth_rounding.step_per_m, c.sender.send.window, c.max_waiting_keyframes,
+             c.sender.send.resend_after.count(), c.sender.send.budget_bytes_per_s, c.sender.jpeg_quality, c.outbox.kind,
+             yamlText(c.outbox.directory), c.outbox.quota_mb == kUnlimited_mb ? 0 : c.outbox.quota_mb,
+             c.sender.thin_jpeg_quality, c.fern_seed, c.interest_radius_m, c.downlink_bytes_per_s, c.localizer.enabled,
+             c.localizer.every_frames, c.localizer.memory_mb, c.localizer.smooth_frames, printCameraConfig(c.camera)) +
          printTelemetryOptions(c.telemetry) + ros2::printRos2Options(c.ros2);
 }
 

@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "edge_agent/capture/image_file.h"
+#include "protocol/config/yaml_text.h"
 
 namespace comap {
 namespace {
@@ -125,7 +126,7 @@ std::string printCameraConfig(const CameraConfig& config) {
   depth_units_per_m: {}       # depth values to the metre
 )",
                      config.profile, profiles, config.registration, config.fps, config.shrink, config.pair_gap_ms,
-                     config.hot_celsius, config.thermal_folder, config.rig.depth_units_per_m) +
+                     config.hot_celsius, yamlText(config.thermal_folder), config.rig.depth_units_per_m) +
          printEye("colour", "YUYV, NV12, RGB3, BGR3 or MJPG", config.colour_format, config.rig.colour,
                   config.colour_controls) +
          printEye("depth", "Z16, INZI or Y16", config.depth_format, config.rig.depth, config.depth_controls) +

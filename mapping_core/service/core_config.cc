@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "protocol/config/config_reader.h"
+#include "protocol/config/yaml_text.h"
 
 namespace comap {
 
@@ -66,15 +67,15 @@ Result<CoreConfig> readCoreConfig(const std::string& path) {
 std::string printCoreConfig(const CoreConfig& c) {
   const MapBuilderOptions& m = c.service.mapping;
   return fmt::format(
-      R"(# The mapping core. Every key is optional; these are the values in force.
-store: "{}"              # file of the map store
-device: "{}"             # Vulkan device: auto, llvmpipe or a number of mapping_core --list-devices
+             R"(# The mapping core. Every key is optional; these are the values in force.
+store: {}              # file of the map store
+device: {}             # Vulkan device: auto, llvmpipe or a number of mapping_core --list-devices
 link:
   domain: {}             # DDS domain, 0..230; the same as the robots'
-  site: "{}"             # robots of this site are served
-  interface_address: "{}"  # the one network interface to use: its IPv4 address, or its name
+  site: {}             # robots of this site are served
+  interface_address: {}  # the one network interface to use: its IPv4 address, or its name
   profile: {}          # local: this machine; lan: small datagrams; wan: no multicast; auto: local on 127.*, else lan
-  keys: "{}"             # folder made by fleet keys: messages are encrypted; empty: clear text
+  keys: {}             # folder made by fleet keys: messages are encrypted; empty: clear text
   insecure: {}         # true: clear text on an interface other than loopback
 fusion:
   depth_min_m: {}
@@ -102,12 +103,14 @@ tiles:
   every_keyframes: {}    # renewed after so many, and when the core is idle
   spacing_m: {}          # level of detail that goes to robots
 )",
-      c.store, c.device, c.link.domain, c.link.site, c.link.interface_address, c.link.profile, c.link.keys,
-      c.link.insecure, m.fusion.depth_min_m, m.fusion.depth_max_m, m.fusion.stable_confidence, m.fusion.averaging_limit,
-      m.fusion.memory_mb, m.search.candidates, m.search.loop_candidates, m.search.max_dissimilarity,
-      m.verifier.inlier_ratio, m.verifier.overlap, m.verifier.rms_sigma, m.verifier.degeneracy,
-      m.verifier.photometric_median, m.verifier.seen_through, m.verifier.unlike, m.verifier.features, m.vote.needed,
-      m.probation.witnesses, c.service.fern_seed, c.service.tile_every_keyframes, c.service.tile_spacing_m) +
+             yamlText(c.store), yamlText(c.device), c.link.domain, yamlText(c.link.site),
+             yamlText(c.link.interface_address), c.link.profile, yamlText(c.link.keys), c.link.insecure,
+             m.fusion.depth_min_m, m.fusion.depth_max_m, m.fusion.stable_confidence, m.fusion.averaging_limit,
+             m.fusion.memory_mb, m.search.candidates, m.search.loop_candidates, m.search.max_dissimilarity,
+             m.verifier.inlier_ratio, m.verifier.overlap, m.verifier.rms_sigma, m.verifier.degeneracy,
+             m.verifier.photometric_median, m.verifier.seen_through, m.verifier.unlike, m.verifier.features,
+             m.vote.needed, m.probation.witnesses, c.service.fern_seed, c.service.tile_every_keyframes,
+             c.service.tile_spacing_m) +
          printTelemetryOptions(c.telemetry) + ros2::printRos2Options(c.ros2);
 }
 

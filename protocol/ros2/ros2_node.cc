@@ -17,6 +17,8 @@
 #include <map>
 #include <vector>
 
+#include "protocol/config/yaml_text.h"
+
 namespace comap::ros2 {
 namespace {
 
@@ -135,10 +137,10 @@ std::string printRos2Options(const Ros2Options& options) {
       R"(ros2:                    # topics that rviz2 and other ROS 2 programs read, without ROS here
   enabled: {}
   domain: {}                # their ROS_DOMAIN_ID
-  interface_address: "{}"  # clear text: beyond this machine for a trusted network alone
+  interface_address: {}  # clear text: beyond this machine for a trusted network alone
   map_points_per_s: {}  # of /fleet/map, at most; published by the core
 )",
-      options.enabled, options.domain, options.interface_address, options.map_points_per_s);
+      options.enabled, options.domain, yamlText(options.interface_address), options.map_points_per_s);
 }
 
 struct Ros2Node::State {

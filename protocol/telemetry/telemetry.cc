@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "protocol/config/yaml_text.h"
 #include "protocol/telemetry/stage_clock.h"
 
 namespace comap {
@@ -16,12 +17,12 @@ void readTelemetryOptions(ConfigReader& reader, TelemetryOptions& options) {
 std::string printTelemetryOptions(const TelemetryOptions& options) {
   return fmt::format(
       R"(status:                  # /metrics for Prometheus, /healthz and /readyz for who starts and stops programs
-  address: "{}"   # where it listens; the page is clear text for anyone who reaches it
+  address: {}   # where it listens; the page is clear text for anyone who reaches it
   port: {}                # 0: no status page
 log:
   format: {}           # text, or json: an object a line
 )",
-      options.status_address, options.status_port, options.log_format);
+      yamlText(options.status_address), options.status_port, options.log_format);
 }
 
 Log makeLog(const TelemetryOptions& options, const std::string& program) {

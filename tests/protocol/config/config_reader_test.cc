@@ -7,6 +7,8 @@
 #include <fstream>
 #include <random>
 
+#include "protocol/config/yaml_text.h"
+
 namespace comap {
 namespace {
 
@@ -150,6 +152,20 @@ TEST(ConfigReader, ReadsFilesAndTellsWhenItCannot) {
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().code, ErrorCode::kUnreachable);
   EXPECT_FALSE(ConfigReader::fromFile("/"));
+}
+
+TEST(YamlText, IsReadBackAsItWas) {
+  for (const std::string text :
+       {"", "a", "o\"t \" au", "back\\slash", "a: b # c", "- x", "{}", "two\nlines\t", "\x01", "\xc3\xa4"}) {
+    std::string back;
+    auto reader = ConfigReader::fromText("name: " + yamlText(text) + "  # a comment\n", "t.yaml");
+    ASSERT_TRUE(reader) << text;
+    reader->read("name", back);
+    EXPECT_TRUE(reader->finish()) << text;
+    EXPECT_EQ(back, text);
+  }
+  const auto reader = ConfigReader::fromText("name: " + yamlText("\xff\xfe") + "\n", "t.yaml");
+  ASSERT_TRUE(reader) << "bytes that are no text are replaced, and the file can be read";
 }
 
 TEST(ConfigReader, SurvivesHostileText) {
