@@ -29,10 +29,11 @@ size_t mapped(const Json& info) {
 
 class Restart : public FlatTest {
  protected:
-  std::unique_ptr<Background> core() {
+  // Each core has its own log: what an earlier one said must not be taken for a later one's words.
+  std::unique_ptr<Background> core(const std::string& log) {
     return std::make_unique<Background>(
         "mapping_core", std::vector<std::string>{"--domain", "94", "--core-site", site_, "--store", store_},
-        folder_.path("core.log"));
+        folder_.path(log));
   }
   std::unique_ptr<Background> agent(const std::string& robot) {
     return std::make_unique<Background>(
@@ -56,19 +57,19 @@ class Restart : public FlatTest {
 };
 
 TEST_F(Restart, AfterKillNineNothingAcknowledgedIsLostAndMappingGoesOn) {
-  auto first = core();
+  auto first = core("first.log");
   auto a = agent("a"), b = agent("b");
-  ASSERT_TRUE(awaitMapped(5, *first)) << contentOf(folder_.path("core.log"));
+  ASSERT_TRUE(awaitMapped(5, *first)) << contentOf(folder_.path("first.log"));
   EXPECT_EQ(first->end(SIGKILL), 128 + SIGKILL);
   const Json before = infoOf(store_);
   ASSERT_FALSE(before.is_null());
   EXPECT_FALSE(before.at("complete").get<bool>());
 
-  auto second = core();
+  auto second = core("second.log");
   EXPECT_EQ(a->wait(), 0) << contentOf(folder_.path("a.log"));
   EXPECT_EQ(b->wait(), 0) << contentOf(folder_.path("b.log"));
-  ASSERT_EQ(second->end(SIGTERM), 0) << contentOf(folder_.path("core.log"));
-  EXPECT_NE(contentOf(folder_.path("core.log")).find("continues with"), std::string::npos);
+  ASSERT_EQ(second->end(SIGTERM), 0) << contentOf(folder_.path("second.log"));
+  EXPECT_NE(contentOf(folder_.path("second.log")).find("continues with"), std::string::npos);
 
   const Json after = infoOf(store_);
   ASSERT_FALSE(after.is_null());
@@ -89,13 +90,13 @@ TEST_F(Restart, AfterKillNineNothingAcknowledgedIsLostAndMappingGoesOn) {
     return std::hash<std::string>()(contentOf(folder_.path("map.ply")));
   };
   const size_t expected = hashOf();
-  auto third = core();
+  auto third = core("third.log");
   for (int i = 0; i < 600 && third->runs(); ++i) {
-    const std::string log = contentOf(folder_.path("core.log"));
+    const std::string log = contentOf(folder_.path("third.log"));
     if (log.find("0 more are still to be mapped") != std::string::npos) break;
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
-  ASSERT_EQ(third->end(SIGTERM), 0) << contentOf(folder_.path("core.log"));
+  ASSERT_EQ(third->end(SIGTERM), 0) << contentOf(folder_.path("third.log"));
   EXPECT_EQ(hashOf(), expected);
 }
 
