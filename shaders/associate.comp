@@ -15,13 +15,14 @@ const int kVisibleBinding = 4;
 #include "common/visible.glsl"
 layout(std430, binding = 5) buffer Winners { uint winners[]; };
 layout(std430, binding = 6) buffer Covered { uint covered[]; };
-layout(push_constant) uniform Push {
+struct Push {
   FRAME_FIELDS
   float depth_min;
   float depth_max;
   float stable_confidence;
   uint base;  // of the chunk's rows
-} push;
+};
+#include "common/push.glsl"
 
 const float kNearest = 0.05;            // m
 const float kSameSurfaceCosine = 0.5;   // 60 deg: the same surface, whatever its normal's noise
@@ -140,4 +141,7 @@ void visit(uint item) {
   visible[item].y = word;
 }
 
-void main() { FOR_EACH_VISIBLE(visit) }
+void main() {
+  push = given;
+  FOR_EACH_VISIBLE(visit)
+}

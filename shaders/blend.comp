@@ -15,14 +15,15 @@ layout(std430, binding = 5) buffer Colours { uint colour_sums[]; };
 layout(std430, binding = 6) buffer Normals { int normal_sums[]; };
 #include "common/frame.glsl"
 #include "common/surfel.glsl"
-layout(push_constant) uniform Push {
+struct Push {
   FRAME_FIELDS
   float min_confidence;
   float max_depth;
   uint both_sides;
   uint base;   // of the chunk's rows
   uint count;  // rows of the chunk
-} push;
+};
+#include "common/push.glsl"
 #include "common/disc.glsl"
 
 const float kFalloff = 3.0;  // weight exp(-3) at the rim
@@ -52,4 +53,7 @@ void visit(uint item) {
   }
 }
 
-void main() { FOR_EACH_VISIBLE(visit) }
+void main() {
+  push = given;
+  FOR_EACH_VISIBLE(visit)
+}

@@ -14,13 +14,14 @@ const int kVisibleBinding = 4;
 #include "common/visible.glsl"
 layout(std430, binding = 5) readonly buffer Winners { uint winners[]; };
 layout(std430, binding = 6) buffer Counters { uint counters[]; };  // a chunk: updated, removed
-layout(push_constant) uniform Push {
+struct Push {
   FRAME_FIELDS
   float stable_confidence;
   uint unstable_timeout;
   uint base;  // of the chunk's rows
   uint chunk;
-} push;
+};
+#include "common/push.glsl"
 
 const float kDoubleReach = 0.6;       // of the smaller radius
 const float kDoubleCosine = 0.866;    // 30 deg
@@ -66,4 +67,7 @@ void visit(uint item) {
   }
 }
 
-void main() { FOR_EACH_VISIBLE(visit) }
+void main() {
+  push = given;
+  FOR_EACH_VISIBLE(visit)
+}

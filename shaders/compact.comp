@@ -8,12 +8,14 @@ layout(std430, binding = 0) readonly buffer Places { vec4 places[]; };
 layout(std430, binding = 1) readonly buffer Blocks { uint blocks[]; };
 layout(std430, binding = 2) readonly buffer From { uvec2 from[]; };
 layout(std430, binding = 3) writeonly buffer To { uvec2 to[]; };
-layout(push_constant) uniform Push {
+struct Push {
   uint count;
   uint pairs;  // of words a surfel
-} push;
+};
+#include "common/push.glsl"
 
 void main() {
+  push = given;
   uint thread = gl_LocalInvocationID.x;
   uint first = gl_WorkGroupID.x * kThreads * kFlagsPerThread + thread * kFlagsPerThread;
   uint flags = 0u;

@@ -6,9 +6,13 @@
 layout(local_size_x = 128) in;
 layout(std430, binding = 0) readonly buffer Places { vec4 places[]; };
 layout(std430, binding = 1) writeonly buffer Blocks { uint blocks[]; };
-layout(push_constant) uniform Push { uint count; } push;
+struct Push {
+  uint count;
+};
+#include "common/push.glsl"
 
 void main() {
+  push = given;
   uint thread = gl_LocalInvocationID.x;
   uint first = gl_WorkGroupID.x * kThreads * kFlagsPerThread + thread * kFlagsPerThread;
   uint flags = 0u;

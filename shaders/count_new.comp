@@ -8,14 +8,16 @@ layout(local_size_x = 128) in;
 layout(std430, binding = 0) readonly buffer Measurements { vec4 measurements[]; };
 layout(std430, binding = 1) readonly buffer Covered { uint covered[]; };
 layout(std430, binding = 2) writeonly buffer Blocks { uint blocks[]; };
-layout(push_constant) uniform Push {
+struct Push {
   FRAME_FIELDS
   uint candidates;
-} push;
+};
+#include "common/push.glsl"
 #include "common/measurement.glsl"
 #include "common/insertion.glsl"
 
 void main() {
+  push = given;
   uint thread = gl_LocalInvocationID.x;
   uint first = gl_WorkGroupID.x * kThreads * kFlagsPerThread + thread * kFlagsPerThread;
   uint flags = 0u;

@@ -9,13 +9,14 @@ layout(local_size_x = 128) in;
 layout(std430, binding = 0) buffer Places { vec4 places[]; };
 layout(std430, binding = 1) readonly buffer Times { uvec4 times[]; };
 layout(std430, binding = 2) buffer Counters { uint counters[]; };  // a chunk: updated, removed
-layout(push_constant) uniform Push {
+struct Push {
   uint count;
   uint chunk;
   uint tick;
   uint timeout;
   float stable_confidence;
-} push;
+};
+#include "common/push.glsl"
 
 void visit(uint i) {
   float confidence = places[i].w;
@@ -25,4 +26,7 @@ void visit(uint i) {
   atomicAdd(counters[2u * push.chunk + 1u], 1u);
 }
 
-void main() { FOR_EACH_ITEM(push.count, visit) }
+void main() {
+  push = given;
+  FOR_EACH_ITEM(push.count, visit)
+}

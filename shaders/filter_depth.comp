@@ -7,13 +7,14 @@
 layout(local_size_x = 128) in;
 layout(std430, binding = 0) readonly buffer Input { float inverse_depth[]; };
 layout(std430, binding = 1) writeonly buffer Output { float filtered[]; };
-layout(push_constant) uniform Push {
+struct Push {
   uint width;
   uint height;
   uint along_columns;
   float noise_floor;
   float noise_factor;
-} push;
+};
+#include "common/push.glsl"
 
 const int kRadius = 6;
 const float kSpatial = 0.0246914;  // 1 / (2 * 4.5^2)
@@ -41,4 +42,7 @@ void visit(uint i) {
   filtered[i] = centre > 0.0 ? sum / weights : 0.0;
 }
 
-void main() { FOR_EACH_ITEM(push.width * push.height, visit) }
+void main() {
+  push = given;
+  FOR_EACH_ITEM(push.width * push.height, visit)
+}

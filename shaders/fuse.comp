@@ -15,12 +15,13 @@ layout(std430, binding = 5) readonly buffer Colours { uint colours[]; };
 const int kVisibleBinding = 6;
 #include "common/visible.glsl"
 layout(std430, binding = 7) buffer Winners { uint winners[]; };
-layout(push_constant) uniform Push {
+struct Push {
   FRAME_FIELDS
   float averaging_limit;
   uint contributor;
   uint base;  // of the chunk's rows
-} push;
+};
+#include "common/push.glsl"
 #include "common/measurement.glsl"
 
 vec3 colourAt(ivec2 pixel) {
@@ -88,4 +89,7 @@ void visit(uint item) {
   }
 }
 
-void main() { FOR_EACH_VISIBLE(visit) }
+void main() {
+  push = given;
+  FOR_EACH_VISIBLE(visit)
+}

@@ -15,14 +15,15 @@ layout(std430, binding = 4) writeonly buffer Places { vec4 places[]; };
 layout(std430, binding = 5) writeonly buffer Shapes { vec4 shapes[]; };
 layout(std430, binding = 6) writeonly buffer Looks { uvec4 looks[]; };
 layout(std430, binding = 7) writeonly buffer Records { uvec2 records[]; };
-layout(push_constant) uniform Push {
+struct Push {
   FRAME_FIELDS
   uint candidates;
   uint start;     // row of the first new surfel; below 0 (wrapped) where the first go into the chunk before
   uint capacity;  // rows of the chunk: what is beyond goes into the next
   uint owner;
   uint contributor;
-} push;
+};
+#include "common/push.glsl"
 #include "common/measurement.glsl"
 #include "common/insertion.glsl"
 
@@ -38,6 +39,7 @@ void write(uint slot, uint index) {
 }
 
 void main() {
+  push = given;
   uint thread = gl_LocalInvocationID.x;
   uint first = gl_WorkGroupID.x * kThreads * kFlagsPerThread + thread * kFlagsPerThread;
   uint flags = 0u;

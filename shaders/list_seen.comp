@@ -9,7 +9,7 @@ layout(std430, binding = 0) readonly buffer Places { vec4 places[]; };
 const int kVisibleBinding = 1;
 #include "common/visible.glsl"
 layout(std430, binding = 2) readonly buffer Times { uvec4 times[]; };
-layout(push_constant) uniform Push {
+struct Push {
   FRAME_FIELDS
   uint count;
   float min_confidence;
@@ -19,7 +19,8 @@ layout(push_constant) uniform Push {
   uint tick;
   uint window;
   uint inactive;  // which are wanted
-} push;
+};
+#include "common/push.glsl"
 
 bool isListed(uint i) {
   uint seen = tickOf(times[i], push.camera);

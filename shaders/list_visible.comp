@@ -8,13 +8,14 @@ layout(local_size_x = 128) in;
 layout(std430, binding = 0) readonly buffer Places { vec4 places[]; };
 const int kVisibleBinding = 1;
 #include "common/visible.glsl"
-layout(push_constant) uniform Push {
+struct Push {
   FRAME_FIELDS
   uint count;
   float min_confidence;
   float max_depth;
   float margin;  // pixels around the image
-} push;
+};
+#include "common/push.glsl"
 
 bool isListed(uint i) { return true; }
 #include "common/listing.glsl"

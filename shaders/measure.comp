@@ -8,7 +8,10 @@
 layout(local_size_x = 128) in;
 layout(std430, binding = 0) readonly buffer Input { float inverse_depth[]; };
 layout(std430, binding = 1) writeonly buffer Output { vec4 measurements[]; };
-layout(push_constant) uniform Push { FRAME_FIELDS } push;
+struct Push {
+  FRAME_FIELDS
+};
+#include "common/push.glsl"
 
 const int kStep = 2;                // pixels to the neighbours
 const float kSlope = 5.67;          // tan 80 deg: steeper is a depth edge
@@ -45,4 +48,7 @@ void visit(uint i) {
   measurements[i] = valid ? vec4(normal, 1.0 / centre) : vec4(0.0);
 }
 
-void main() { FOR_EACH_ITEM(push.width * push.height, visit) }
+void main() {
+  push = given;
+  FOR_EACH_ITEM(push.width * push.height, visit)
+}

@@ -8,10 +8,11 @@ layout(std430, binding = 0) buffer Places { vec4 places[]; };
 layout(std430, binding = 1) buffer Shapes { vec4 shapes[]; };
 layout(std430, binding = 2) readonly buffer Looks { uvec4 looks[]; };
 layout(std430, binding = 3) readonly buffer Motions { vec4 motions[]; };
-layout(push_constant) uniform Push {
+struct Push {
   uint count;
   uint owners;
-} push;
+};
+#include "common/push.glsl"
 
 void visit(uint i) {
   uint owner = looks[i].z;
@@ -25,4 +26,7 @@ void visit(uint i) {
   shapes[i].xyz = vec3(dot(row0.xyz, n), dot(row1.xyz, n), dot(row2.xyz, n));
 }
 
-void main() { FOR_EACH_ITEM(push.count, visit) }
+void main() {
+  push = given;
+  FOR_EACH_ITEM(push.count, visit)
+}

@@ -5,12 +5,14 @@
 layout(local_size_x = 128) in;
 layout(std430, binding = 0) buffer Blocks { uint blocks[]; };
 layout(std430, binding = 1) writeonly buffer Counters { uint counters[]; };
-layout(push_constant) uniform Push {
+struct Push {
   uint count;
   uint total_slot;  // of counters
-} push;
+};
+#include "common/push.glsl"
 
 void main() {
+  push = given;
   uint thread = gl_LocalInvocationID.x;
   uint per_thread = (push.count + kThreads - 1u) / kThreads;
   uint first = min(thread * per_thread, push.count);

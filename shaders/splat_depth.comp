@@ -9,14 +9,15 @@ layout(std430, binding = 2) buffer Depths { uint depths[]; };
 const int kVisibleBinding = 3;
 #include "common/visible.glsl"
 #include "common/frame.glsl"
-layout(push_constant) uniform Push {
+struct Push {
   FRAME_FIELDS
   float min_confidence;
   float max_depth;
   uint both_sides;
   uint base;   // of the chunk's rows
   uint count;  // rows of the chunk
-} push;
+};
+#include "common/push.glsl"
 #include "common/disc.glsl"
 
 void visit(uint item) {
@@ -33,4 +34,7 @@ void visit(uint item) {
   }
 }
 
-void main() { FOR_EACH_VISIBLE(visit) }
+void main() {
+  push = given;
+  FOR_EACH_VISIBLE(visit)
+}

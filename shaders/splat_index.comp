@@ -13,14 +13,15 @@ const int kVisibleBinding = 4;
 #include "common/visible.glsl"
 #include "common/frame.glsl"
 #include "common/surfel.glsl"
-layout(push_constant) uniform Push {
+struct Push {
   FRAME_FIELDS
   float min_confidence;
   float max_depth;
   uint both_sides;
   uint base;   // of the chunk's rows
   uint count;  // rows of the chunk
-} push;
+};
+#include "common/push.glsl"
 #include "common/disc.glsl"
 
 void visit(uint item) {
@@ -38,4 +39,7 @@ void visit(uint item) {
   }
 }
 
-void main() { FOR_EACH_VISIBLE(visit) }
+void main() {
+  push = given;
+  FOR_EACH_VISIBLE(visit)
+}

@@ -9,11 +9,12 @@ const int kVisibleBinding = 0;
 #include "common/visible.glsl"
 layout(std430, binding = 1) readonly buffer Winners { uint winners[]; };
 layout(std430, binding = 2) buffer Times { uvec4 times[]; };
-layout(push_constant) uniform Push {
+struct Push {
   uint base;  // of the chunk's rows
   uint camera;
   uint tick;
-} push;
+};
+#include "common/push.glsl"
 
 void visit(uint item) {
   uint i = visible[item].x;
@@ -23,4 +24,7 @@ void visit(uint item) {
   if (updated) times[i] = withTick(times[i], push.camera, push.tick);
 }
 
-void main() { FOR_EACH_VISIBLE(visit) }
+void main() {
+  push = given;
+  FOR_EACH_VISIBLE(visit)
+}

@@ -7,18 +7,22 @@
 layout(local_size_x = 128) in;
 layout(std430, binding = 0) readonly buffer Counters { uint counters[]; };
 layout(std430, binding = 1) writeonly buffer Times { uvec4 times[]; };
-layout(push_constant) uniform Push {
+struct Push {
   uint candidates;
   uint slot;      // of counters: how many were inserted
   uint start;     // row of the first; below 0 (wrapped) where the first went into the chunk before
   uint capacity;  // rows of the chunk
   uint camera;
   uint tick;
-} push;
+};
+#include "common/push.glsl"
 
 void visit(uint i) {
   uint row = push.start + i;
   if (i < counters[push.slot] && row < push.capacity) times[row] = withTick(uvec4(0u), push.camera, push.tick);
 }
 
-void main() { FOR_EACH_ITEM(push.candidates, visit) }
+void main() {
+  push = given;
+  FOR_EACH_ITEM(push.candidates, visit)
+}

@@ -17,6 +17,7 @@ bool isVisible(uint i) {
 }
 
 void main() {
+  push = given;
   uint thread = gl_LocalInvocationID.x;
   uint first = (gl_WorkGroupID.x * kThreads + thread) * kSurfelsPerThread;
   uint flags = 0u;

@@ -10,14 +10,15 @@ layout(std430, binding = 4) writeonly buffer Surface { vec4 surface[]; };
 layout(std430, binding = 5) buffer Appearance { uvec4 appearance[]; };
 #include "common/frame.glsl"
 #include "common/surfel.glsl"
-layout(push_constant) uniform Push {
+struct Push {
   FRAME_FIELDS
   float min_confidence;
   float max_depth;
   uint both_sides;
   uint base;   // of the chunk's rows
   uint count;  // rows of the chunk
-} push;
+};
+#include "common/push.glsl"
 #include "common/disc.glsl"
 
 void visit(uint i) {
@@ -35,4 +36,7 @@ void visit(uint i) {
   appearance[i] = uvec4(colour.r | colour.g << 8 | colour.b << 16, floatBitsToUint(place.w), SHOWN_WORD(look), rank);
 }
 
-void main() { FOR_EACH_ITEM(push.width * push.height, visit) }
+void main() {
+  push = given;
+  FOR_EACH_ITEM(push.width * push.height, visit)
+}

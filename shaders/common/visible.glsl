@@ -4,7 +4,8 @@ layout(std430, binding = kVisibleBinding) buffer Visible {
   uvec2 visible[];       // surfel, and its match word
 };
 #define FOR_EACH_VISIBLE(visit)                                                             \
+  uint item_count = visible_header.w;                                                       \
   uint first_item = gl_WorkGroupID.x * 1024u + gl_LocalInvocationID.x;                      \
   for (uint item = first_item; item < first_item + 1024u; item += 128u) {                   \
-    if (item < visible_header.w) visit(item);                                               \
+    if (item < item_count) visit(item);                                                     \
   }
