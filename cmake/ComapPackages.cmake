@@ -1,4 +1,5 @@
-# What is installed, and as which Debian packages: comap-core, comap-edge, comap-tools, libcomap-dev.
+# What is installed, and as which Debian packages: comap-core, comap-edge, comap-tools, libcomap-dev, libcomap-robot1,
+# libcomap-robot-dev.
 include(GNUInstallDirs)
 
 install(TARGETS mapping_core RUNTIME COMPONENT core)
@@ -43,14 +44,17 @@ if(NOT CMAKE_CROSSCOMPILING)
 endif()
 install(FILES containers/systemd/comap-core.service DESTINATION lib/systemd/system COMPONENT core)
 install(FILES containers/systemd/comap-edge.service DESTINATION lib/systemd/system COMPONENT edge)
-foreach(package core edge tools dev)
+set(package_of_dev libcomap-dev)
+set(package_of_robot libcomap-robot1)
+set(package_of_robot_dev libcomap-robot-dev)
+foreach(package core edge tools dev robot robot_dev)
   set(name comap-${package})
-  if(package STREQUAL dev)
-    set(name libcomap-dev)
+  if(DEFINED package_of_${package})
+    set(name ${package_of_${package}})
   endif()
   install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name} RENAME copyright COMPONENT ${package})
 endforeach()
-install(FILES README.md CHANGELOG.md docs/operations.md docs/deployment.md docs/scaling.md docs/evaluation.md docs/architecture.md
+install(FILES README.md CHANGELOG.md docs/operations.md docs/deployment.md docs/scaling.md docs/evaluation.md docs/architecture.md docs/robot-api.md
   DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/comap-tools COMPONENT tools)
 
 # For programs that speak with robots and core themselves: types, messages and their encoding, link.
@@ -70,6 +74,22 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/comap-config-version.cmak
 install(FILES cmake/comap-config.cmake ${PROJECT_BINARY_DIR}/comap-config-version.cmake
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/comap COMPONENT dev)
 
+# For programs on a robot that ask its agent: a library with a binary interface that stays.
+install(TARGETS comap_robot EXPORT comap_robot
+  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT robot NAMELINK_COMPONENT robot_dev)
+install(EXPORT comap_robot NAMESPACE comap:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/comap_robot
+  FILE comap_robot-config.cmake COMPONENT robot_dev)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/comap_robot-config-version.cmake COMPATIBILITY SameMinorVersion)
+configure_file(robot_api/comap-robot.pc.in ${PROJECT_BINARY_DIR}/comap-robot.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/comap_robot-config-version.cmake
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/comap_robot COMPONENT robot_dev)
+install(FILES ${PROJECT_BINARY_DIR}/comap-robot.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT robot_dev)
+install(FILES robot_api/comap_robot.h robot_api/comap_robot.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+  COMPONENT robot_dev)
+install(FILES docs/robot-api.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libcomap-robot-dev COMPONENT robot_dev)
+install(DIRECTORY robot_api/example/ DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libcomap-robot-dev/examples
+  COMPONENT robot_dev)
+
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME comap)
 set(CPACK_PACKAGE_VENDOR CoMap)
@@ -77,7 +97,7 @@ set(CPACK_PACKAGE_CONTACT "CoMap developers <comap@localhost>")
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
-set(CPACK_COMPONENTS_ALL core edge tools dev)
+set(CPACK_COMPONENTS_ALL core edge tools dev robot robot_dev)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
@@ -112,6 +132,17 @@ set(CPACK_COMPONENT_DEV_DESCRIPTION "Protocol library of CoMap
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
   "libeigen3-dev, libprotobuf-dev, libfastrtps-dev, libfastcdr-dev, libssl-dev, libturbojpeg0-dev, libzstd-dev")
+set(CPACK_DEBIAN_ROBOT_PACKAGE_NAME libcomap-robot1)
+set(CPACK_COMPONENT_ROBOT_DESCRIPTION "Pose and map of a robot of CoMap for its other programs
+ Reads from the agent on the same robot where it is and which surfaces are
+ around it.")
+set(CPACK_DEBIAN_ROBOT_PACKAGE_SECTION libs)
+set(CPACK_DEBIAN_ROBOT_PACKAGE_GENERATE_SHLIBS ON)
+set(CPACK_DEBIAN_ROBOT_DEV_PACKAGE_NAME libcomap-robot-dev)
+set(CPACK_COMPONENT_ROBOT_DEV_DESCRIPTION "Pose and map of a robot of CoMap for its other programs: development
+ Headers for C and C++, and examples.")
+set(CPACK_DEBIAN_ROBOT_DEV_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_ROBOT_DEV_PACKAGE_DEPENDS "libcomap-robot1 (>= ${PROJECT_VERSION})")
 set(CPACK_COMPONENT_CORE_REQUIRED ON)
 if(NOT CMAKE_CROSSCOMPILING)  # their configurations are written by the programs
   include(CPack)

@@ -87,6 +87,9 @@ Result<AgentConfig> readAgentConfig(const std::string& path) {
   localizer.read("smooth_frames", config.localizer.smooth_frames, 1, 1000);
   config.localizer.registration.noise = config.odometry.alignment.noise;
   config.localizer.registration.view.depth_max_m = config.odometry.depth_max_m;
+  ConfigReader api = reader->section("api");
+  api.read("socket", config.api.socket);
+  api.read("group", config.api.group);
   readTelemetryOptions(*reader, config.telemetry);
   ros2::readRos2Options(*reader, config.ros2);
   if (auto finished = reader->finish(); !finished) return finished.error();
@@ -143,6 +146,9 @@ localizer:                      # what returned tiles are used for
   every_frames: {}              # that are tracked well, a registration
   memory_mb: {}                # of tiles; beyond it the farthest are forgotten, and asked for again when near
   smooth_frames: {}             # time constant of the pose that consumers see
+api:                            # pose and map for other programs on this robot, see docs/robot-api.md
+  socket: {}                    # path of a socket that is made; empty: none
+  group: {}                  # true: the agent's group may read too, not only its user
 {})",
              yamlText(c.robot), yamlText(c.source), c.link.domain, yamlText(c.link.site),
              yamlText(c.link.interface_address), c.link.profile, yamlText(c.link.core_address), yamlText(c.link.keys),
@@ -154,7 +160,8 @@ localizer:                      # what returned tiles are used for
              c.sender.send.resend_after.count(), c.sender.send.budget_bytes_per_s, c.sender.jpeg_quality, c.outbox.kind,
              yamlText(c.outbox.directory), c.outbox.quota_mb == kUnlimited_mb ? 0 : c.outbox.quota_mb,
              c.sender.thin_jpeg_quality, c.fern_seed, c.interest_radius_m, c.downlink_bytes_per_s, c.localizer.enabled,
-             c.localizer.every_frames, c.localizer.memory_mb, c.localizer.smooth_frames, printCameraConfig(c.camera)) +
+             c.localizer.every_frames, c.localizer.memory_mb, c.localizer.smooth_frames, yamlText(c.api.socket),
+             c.api.group, printCameraConfig(c.camera)) +
          printTelemetryOptions(c.telemetry) + ros2::printRos2Options(c.ros2);
 }
 

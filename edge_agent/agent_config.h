@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "edge_agent/api/api_socket.h"
 #include "edge_agent/capture/camera_config.h"
 #include "edge_agent/keyframes/depth_rounding.h"
 #include "edge_agent/keyframes/keyframe_selector.h"
@@ -38,6 +39,7 @@ struct AgentConfig {
   uint32_t status_every_frames = 10;
   TelemetryOptions telemetry;
   ros2::Ros2Options ros2;
+  ApiOptions api;
 };
 
 /// Reads a YAML file; unknown keys, wrong types and values out of range are errors that name file, line and key.

@@ -14,6 +14,7 @@
 #include "edge_agent/agent_metrics.h"
 #include "edge_agent/agent_report.h"
 #include "edge_agent/agent_run.h"
+#include "edge_agent/api_output.h"
 #include "edge_agent/capture/capture_commands.h"
 #include "edge_agent/capture/source_uri.h"
 #include "edge_agent/ros2_output.h"
@@ -28,7 +29,7 @@ namespace {
 volatile sig_atomic_t g_stop = 0;
 
 struct Arguments : ServiceArguments {
-  std::string source, robot, outbox, preview, check_calibration, record;
+  std::string source, robot, outbox, api_socket, preview, check_calibration, record;
   int threads = 0, patience_s = 60;
   bool realtime = false, offline = false, deliver = false, list_sources = false;
   size_t frames = 0;  // to record; 0 = until it is stopped
@@ -55,6 +56,7 @@ Result<AgentConfig> configure(const Arguments& arguments) {
     config.outbox.kind = "disk";
     config.outbox.directory = arguments.outbox;
   }
+  if (!arguments.api_socket.empty()) config.api.socket = arguments.api_socket;
   if (arguments.offline && config.outbox.kind == "memory")
     return Error{ErrorCode::kWrongUse, "--offline keeps keyframes for a later start: it needs an outbox on disk"};
   if (const std::string problem = robotNameProblem(config.robot); !problem.empty())
@@ -144,6 +146,13 @@ int run(const Arguments& arguments) {
   if (outbox->size() > 0)
     log(config->robot + ": " + std::to_string(outbox->size()) + " keyframes of earlier starts wait in " + outbox_path);
   log(config->robot + ": " + (*source)->description());
+  std::optional<ApiOutput> api;
+  if (!config->api.socket.empty()) {
+    auto started = ApiOutput::start(config->api, config->robot, *session);
+    if (!started) return failWith(started.error());
+    api.emplace(std::move(*started));
+    log(config->robot + ": other programs read pose and map at " + config->api.socket);
+  }
   std::optional<AgentReportFile> report;
   if (!arguments.report.empty()) {
     auto created = AgentReportFile::create(arguments.report);
@@ -163,6 +172,7 @@ int run(const Arguments& arguments) {
   options.tell = [&] {
     telemetry->tell(kAgentMetrics, [&] { return reportOf(agent, config->robot); });
     if (ros2) ros2->follow(agent);
+    if (api) api->follow(agent, log);
   };
   const auto done = runAgent(agent, **link, *config, options);
   if (const auto health = (*source)->health()) log("camera: " + toString(*health));
@@ -200,6 +210,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 64));
   app.add_option("--outbox", arguments.outbox,
                  "Folder for keyframes until the core has them, or the word memory: lost with the process");
+  app.add_option("--api-socket", arguments.api_socket,
+                 "Let other programs on this robot read pose and map at this path: see docs/robot-api.md");
   app.add_flag("--deliver", arguments.deliver, "Take no frames: send what waits in the outbox and stop");
   app.add_flag("--offline", arguments.offline, "Without a core: keep all keyframes in the outbox and stop")
       ->excludes("--deliver");

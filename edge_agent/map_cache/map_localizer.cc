@@ -186,11 +186,13 @@ LivePose MapLocalizer::live() const {
   pose.hypothesis = believed();
   if (state_ == MapState::kAstray || state_ == MapState::kRecognised) {
     pose.map = own_chain_ ? own_chain_->map : MapId();
-    pose.T_map_cam = pose.T_map_cam_exact = own_chain_ ? own_chain_->T_map_odom * T_odom_cam_ : T_odom_cam_;
-    return pose;
+    if (own_chain_) pose.T_map_odom = pose.T_map_odom_exact = own_chain_->T_map_odom;
+  } else {
+    pose.T_map_odom = T_map_odom_smooth_;
+    pose.T_map_odom_exact = filter_.T_map_odom();
   }
-  pose.T_map_cam = T_map_odom_smooth_ * T_odom_cam_;
-  pose.T_map_cam_exact = filter_.T_map_odom() * T_odom_cam_;
+  pose.T_map_cam = pose.T_map_odom * T_odom_cam_;
+  pose.T_map_cam_exact = pose.T_map_odom_exact * T_odom_cam_;
   return pose;
 }
 

@@ -48,6 +48,7 @@ struct LivePose {
   MapId map;
   Pose T_map_cam;                              ///< smooth: without jumps while the robot stays in one place
   Pose T_map_cam_exact;                        ///< the best estimate
+  Pose T_map_odom, T_map_odom_exact;           ///< the same, for a frame that goes on from it by odometry
   Matrix6d covariance = Matrix6d::Identity();  ///< of the exact one when placed, T_map_cam_exact exp(xi)
   /// Recognised: where the robot takes itself to be. One robot's views cannot tell a place from its twin; the core
   /// holds more against it, and until it has joined the maps this is no place to act on.

@@ -69,7 +69,7 @@ Registration MapSearch::searchAll(const TileCache& cache, MapRegistration& regis
 std::vector<Pose> MapSearch::candidates(const TileCache& cache, const FernCode& code) const {
   std::vector<std::pair<double, const TilePlace*>> similar;
   for (const auto& [key, tile] : cache.tiles())
-    for (const TilePlace& place : tile.places) {
+    for (const TilePlace& place : tile->places) {
       const double d = dissimilarity(place.code, code);
       if (d <= options_.max_dissimilarity) similar.emplace_back(d, &place);
     }

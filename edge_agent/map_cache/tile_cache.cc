@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocol/types/tile_hash.h"
+
 namespace comap {
 namespace {
 
-constexpr size_t kBytesPerTile = 256;                             // key, map's name, revision, two nodes of trees
+constexpr size_t kBytesPerTile = 256;                            // key, map's name, revision, two nodes of trees
 constexpr double kRoomAfterForgetting = 0.9, kRoomToGrow = 0.7;  // of the bytes and entries
 
 size_t sizeOf(const Tile& tile) {
@@ -29,6 +31,7 @@ void TileCache::setMap(const MapId& map) {
   tiles_.clear();
   revisions_.clear();
   bytes_ = surfels_ = 0;
+  ++changes_;
 }
 
 bool TileCache::put(Tile tile) {
@@ -43,15 +46,17 @@ bool TileCache::put(Tile tile) {
   if (tile.empty()) return true;
   bytes_ += sizeOf(tile) - kBytesPerTile;
   surfels_ += tile.surfels.size();
-  tiles_[key] = std::move(tile);
+  tiles_[key] = std::make_shared<const Tile>(std::move(tile));
+  ++changes_;
   return true;
 }
 
 void TileCache::forget(const TileKey& key) {
   if (const auto there = tiles_.find(key); there != tiles_.end()) {
-    bytes_ -= sizeOf(there->second) - kBytesPerTile;
-    surfels_ -= there->second.surfels.size();
+    bytes_ -= sizeOf(*there->second) - kBytesPerTile;
+    surfels_ -= there->second->surfels.size();
     tiles_.erase(there);
+    ++changes_;
   }
   bytes_ -= revisions_.erase(key) * kBytesPerTile;
 }
@@ -66,7 +71,7 @@ void TileCache::stayNear(const Eigen::Vector3d& position_m, double radius_m) {
     by_distance.emplace_back(distanceTo(key, position_m), key);
     if (by_distance.back().first > reach_m_) continue;
     const auto there = tiles_.find(key);
-    near_bytes += static_cast<double>(there == tiles_.end() ? kBytesPerTile : sizeOf(there->second));
+    near_bytes += static_cast<double>(there == tiles_.end() ? kBytesPerTile : sizeOf(*there->second));
     near_entries += 1;
   }
   if (near_bytes <= kRoomToGrow * most_bytes && near_entries <= kRoomToGrow * most_entries)
@@ -87,6 +92,12 @@ void TileCache::stayNear(const Eigen::Vector3d& position_m, double radius_m) {
     reach_m_ = std::min(reach_m_, std::max(double{kTileEdge_m}, distance - double{kTileEdge_m}));
     by_distance.pop_back();
   }
+}
+
+uint64_t TileCache::hash() const {
+  TileHash hash;
+  for (const auto& [key, tile] : tiles_) hash.add(*tile);
+  return hash.value();
 }
 
 std::vector<HeldTile> TileCache::held() const {

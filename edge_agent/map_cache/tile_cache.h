@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <vector>
 
 #include "protocol/types/messages.h"
@@ -31,10 +32,13 @@ class TileCache {
   double reach_m() const { return reach_m_; }
 
   const MapId& map() const { return map_; }
-  const std::map<TileKey, Tile>& tiles() const { return tiles_; }
+  /// None is empty. A tile never changes: a newer one takes its place.
+  const std::map<TileKey, std::shared_ptr<const Tile>>& tiles() const { return tiles_; }
+  uint64_t changes() const { return changes_; }  ///< grows with each change of map() or tiles()
   size_t surfels() const { return surfels_; }
   size_t bytes() const { return bytes_; }
   size_t forgotten() const { return forgotten_; }  ///< tiles, for want of room, since the start
+  uint64_t hash() const;                           ///< of tiles(), see TileHash
   /// What an interest tells the core: revisions held, those of removed tiles included.
   std::vector<HeldTile> held() const;
 
@@ -43,10 +47,11 @@ class TileCache {
 
   size_t most_bytes_;
   MapId map_;
-  std::map<TileKey, Tile> tiles_;          // never empty ones
+  std::map<TileKey, std::shared_ptr<const Tile>> tiles_;
   std::map<TileKey, uint64_t> revisions_;  // of all that was heard of
   size_t bytes_ = 0, surfels_ = 0, forgotten_ = 0;
   double reach_m_ = 0;
+  uint64_t changes_ = 0;
 };
 
 }  // namespace comap

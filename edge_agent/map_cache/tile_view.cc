@@ -38,12 +38,12 @@ const TileView& TileRenderer::render(const TileCache& cache, const CameraModel& 
   const Pose T_cam_map = T_map_cam.inverse();
   const Eigen::Matrix3f R = T_cam_map.rotationMatrix().cast<float>();
   for (const auto& [key, tile] : cache.tiles()) {
-    if (tile.surfels.empty()) continue;
+    if (tile->surfels.empty()) continue;
     // Relative to the tile, so that far from the map's origin nothing is lost in single precision.
     const Eigen::Vector3d corner = Eigen::Vector3d(key.x, key.y, key.z) * double{kTileEdge_m};
     const Eigen::Vector3f t = (T_cam_map * corner).cast<float>();
     const Eigen::Vector3f centre = R * Eigen::Vector3f::Constant(0.5f * kTileEdge_m) + t;
-    if (mayBeSeen(centre, 0.9f * kTileEdge_m, camera, options_)) draw(tile, R, t);
+    if (mayBeSeen(centre, 0.9f * kTileEdge_m, camera, options_)) draw(*tile, R, t);
   }
   size_t filled = 0;
   for (size_t i = 0; i < sums_.size(); ++i) {

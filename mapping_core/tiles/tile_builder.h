@@ -7,6 +7,7 @@
 
 #include "mapping_core/surfels/surfel_map.h"
 #include "protocol/types/tile.h"
+#include "protocol/types/tile_hash.h"
 
 namespace comap {
 
@@ -22,8 +23,5 @@ std::vector<Tile> buildTiles(const MapId& map, std::span<const Surfel> surfels, 
 TileSurfel quantise(const Surfel& surfel, const TileKey& key);
 /// Within 8 um, 1 degree of normal, 1.5 % of radius of what was quantised. Owner is 0.
 Surfel dequantise(const TileSurfel& surfel, const TileKey& key);
-
-/// 64-bit hash of the tiles' content without revisions and map names: equal maps, equal hashes.
-uint64_t hashTiles(std::span<const Tile> tiles);
 
 }  // namespace comap

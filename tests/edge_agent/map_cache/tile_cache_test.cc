@@ -64,7 +64,7 @@ TEST(TileCache, HoldsNoMoreThanItMayAndKeepsWhatIsNear) {
   EXPECT_TRUE(cache.tiles().contains({"m", 99, 0, 0}));
   EXPECT_FALSE(cache.tiles().contains({"m", 50, 0, 0}));
   size_t surfels = 0;
-  for (const auto& [key, held] : cache.tiles()) surfels += held.surfels.size();
+  for (const auto& [key, held] : cache.tiles()) surfels += held->surfels.size();
   EXPECT_EQ(cache.surfels(), surfels);
 }
 

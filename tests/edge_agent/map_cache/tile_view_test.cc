@@ -82,7 +82,7 @@ TEST_F(TileViewTest, IsTheSameFarFromTheMapsOrigin) {
   TileCache far;
   far.setMap("m");
   for (const auto& [key, tile] : cache_.tiles()) {
-    Tile moved = tile;
+    Tile moved = *tile;
     moved.key = {"m", key.x + 2000000, key.y, key.z};
     ASSERT_TRUE(far.put(std::move(moved)));
   }

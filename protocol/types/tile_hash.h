@@ -1,0 +1,26 @@
+// A number for the surfaces that tiles hold, to tell whether two sides hold the same.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "protocol/types/tile.h"
+
+namespace comap {
+
+/// 64 bits over keys and surfels, without map names, revisions and places. It depends on the order of the tiles: by
+/// key.
+class TileHash {
+ public:
+  void add(const Tile& tile);
+  uint64_t value() const { return state_; }
+
+ private:
+  void integer(uint64_t value, int bytes);
+  uint64_t state_ = 0xcbf29ce484222325ull;
+};
+
+/// Of `tiles`, sorted by key: equal maps, equal hashes.
+uint64_t hashTiles(std::span<const Tile> tiles);
+
+}  // namespace comap
