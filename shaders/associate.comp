@@ -4,17 +4,18 @@
 // surfel because a disc covers them. One item = one visible surfel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#include "common/texels.glsl"
 #include "common/frame.glsl"
 #include "common/surfel.glsl"
 layout(local_size_x = 128) in;
-layout(std430, binding = 0) readonly buffer Places { vec4 places[]; };
-layout(std430, binding = 1) readonly buffer Shapes { vec4 shapes[]; };
-layout(std430, binding = 2) readonly buffer Measurements { vec4 measurements[]; };
-layout(std430, binding = 3) readonly buffer Raw { float inverse_depth[]; };
+layout(binding = 0) uniform samplerBuffer places;
+layout(binding = 1) uniform samplerBuffer shapes;
+layout(binding = 2) uniform samplerBuffer measurements;
+layout(binding = 3, r32f) uniform readonly imageBuffer inverse_depth;
 const int kVisibleBinding = 4;
 #include "common/visible.glsl"
-layout(std430, binding = 5) buffer Winners { uint winners[]; };
-layout(std430, binding = 6) buffer Covered { uint covered[]; };
+layout(binding = 5, r32ui) uniform uimageBuffer winners;
+layout(binding = 6, r32ui) uniform uimageBuffer covered;
 struct Push {
   FRAME_FIELDS
   float depth_min;
@@ -41,7 +42,7 @@ bool seesThrough(ivec2 pixel, float z) {
     for (int x = -kSilhouette; x <= kSilhouette; x += kSilhouette) {
       ivec2 at = pixel + ivec2(x, y);
       bool inside = at.x >= 0 && at.y >= 0 && at.x < int(push.width) && at.y < int(push.height);
-      float d = inside ? inverse_depth[at.y * int(push.width) + at.x] : 0.0;
+      float d = inside ? fetchWord(inverse_depth, at.y * int(push.width) + at.x) : 0.0;
       float behind = 1.0 / max(d, 1e-6);
       through = through && d > 0.0 && behind - z > max(0.01, 3.0 * sigmaOf(behind));
     }
@@ -56,7 +57,7 @@ bool isHidden(ivec2 pixel, float z) {
     for (int x = -kSilhouette; x <= kSilhouette; x += kSilhouette) {
       ivec2 at = pixel + ivec2(x, y);
       bool inside = at.x >= 0 && at.y >= 0 && at.x < int(push.width) && at.y < int(push.height);
-      float d = inside ? inverse_depth[at.y * int(push.width) + at.x] : 0.0;
+      float d = inside ? fetchWord(inverse_depth, at.y * int(push.width) + at.x) : 0.0;
       hidden = hidden && d * z > 1.0;
     }
   }
@@ -72,19 +73,19 @@ void cover(vec3 position, vec3 normal, float radius, float gate) {
   for (int y = low.y; y <= high.y; y += 2) {
     for (int x = low.x; x <= high.x; x += 2) {
       int at = y * int(push.width) + x;
-      vec4 m = measurements[at];
+      vec4 m = fetch(measurements, at);
       vec3 offset = rayOf(vec2(x, y)) * m.w - position;
       float height = dot(normal, offset);
       bool on = m.w > 0.0 && abs(height) < gate && dot(offset, offset) - height * height < kCovers * radius * radius &&
                 dot(normal, m.xyz) > kSameSurfaceCosine;
-      if (on) atomicOr(covered[at], 1u);
+      if (on) imageAtomicOr(covered, at, 1u);
     }
   }
 }
 
 void visit(uint item) {
   uint i = visible[item].x;
-  vec4 place = places[i];
+  vec4 place = fetch(places, i);
   vec3 position = toCamera(place.xyz);
   vec2 at = project(position);
   ivec2 pixel = ivec2(floor(at + 0.5));
@@ -92,11 +93,11 @@ void visit(uint item) {
                  pixel.x < int(push.width) && pixel.y < int(push.height);
   uint word = 0u;
   if (inside) {
-    vec4 shape = shapes[i];
+    vec4 shape = fetch(shapes, i);
     vec3 normal = rotateToCamera(shape.xyz);
     uint index = uint(pixel.y) * push.width + uint(pixel.x);
-    vec4 m = measurements[index];
-    float raw = inverse_depth[index];
+    vec4 m = fetch(measurements, index);
+    float raw = fetchWord(inverse_depth, index);
     vec3 ray = vec3(position.xy / position.z, 1.0);
     float ray_length = length(ray);
     float facing = -dot(normal, ray) / ray_length;
@@ -135,7 +136,7 @@ void visit(uint item) {
       vec2 miss = at - vec2(pixel);
       uint distance = uint(min(dot(miss, miss) * 508.0, 254.0));
       uint rank = place.w >= push.stable_confidence ? distance : 255u + distance;
-      atomicMin(winners[index], rank << kRankShift | (push.base + i));
+      imageAtomicMin(winners, int(index), rank << kRankShift | (push.base + i));
     }
   }
   visible[item].y = word;

@@ -4,11 +4,12 @@
 // weight. One item = one visible surfel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#include "common/texels.glsl"
 layout(local_size_x = 128) in;
-layout(std430, binding = 0) readonly buffer Places { vec4 places[]; };
-layout(std430, binding = 1) readonly buffer Shapes { vec4 shapes[]; };
-layout(std430, binding = 2) readonly buffer Looks { uvec4 looks[]; };
-layout(std430, binding = 3) readonly buffer Depths { uint depths[]; };
+layout(binding = 0) uniform samplerBuffer places;
+layout(binding = 1) uniform samplerBuffer shapes;
+layout(binding = 2) uniform usamplerBuffer looks;
+layout(binding = 3, r32ui) uniform readonly uimageBuffer depths;
 const int kVisibleBinding = 4;
 #include "common/visible.glsl"
 layout(std430, binding = 5) buffer Colours { uint colour_sums[]; };
@@ -22,6 +23,7 @@ struct Push {
   uint both_sides;
   uint base;   // of the chunk's rows
   uint count;  // rows of the chunk
+  uint group;  // of chunks whose keys are compared with each other
 };
 #include "common/push.glsl"
 #include "common/disc.glsl"
@@ -30,15 +32,15 @@ const float kFalloff = 3.0;  // weight exp(-3) at the rim
 
 void visit(uint item) {
   uint i = visible[item].x;
-  Disc disc = discOf(places[i], shapes[i]);
-  uvec3 colour = uvec3(clamp((colourOf(looks[i]) + 128.0) / 256.0, 0.0, 255.0));
+  Disc disc = discOf(fetch(places, i), fetch(shapes, i));
+  uvec3 colour = uvec3(clamp((colourOf(fetch(looks, i)) + 128.0) / 256.0, 0.0, 255.0));
   int last = disc.visible ? disc.high.y : -1;
   for (int y = disc.low.y; y <= last; ++y) {
     for (int x = disc.low.x; x <= disc.high.x; ++x) {
       vec3 ray = rayOf(vec2(x, y));
       vec2 at = hit(disc, ray);
       uint pixel = uint(y) * push.width + uint(x);
-      float front = uintBitsToFloat(depths[pixel]);
+      float front = uintBitsToFloat(fetchWord(depths, pixel));
       if (at.y <= 1.0 && at.x > 0.0 && at.x <= front + gateOf(front)) {
         float weight = 255.0 * exp(-kFalloff * at.y);
         uint whole = uint(weight + 0.5);

@@ -2,11 +2,12 @@
 // Reads measurements and covered marks; writes one count per block. One workgroup = one block.
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#include "common/texels.glsl"
 #include "common/frame.glsl"
 #include "common/scan.glsl"
 layout(local_size_x = 128) in;
-layout(std430, binding = 0) readonly buffer Measurements { vec4 measurements[]; };
-layout(std430, binding = 1) readonly buffer Covered { uint covered[]; };
+layout(binding = 0) uniform samplerBuffer measurements;
+layout(binding = 1, r32ui) uniform readonly uimageBuffer covered;
 layout(std430, binding = 2) writeonly buffer Blocks { uint blocks[]; };
 struct Push {
   FRAME_FIELDS

@@ -3,9 +3,10 @@
 // Reads inverse depth (0 = none), writes it filtered. One item = one pixel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#include "common/texels.glsl"
 #include "common/items.glsl"
 layout(local_size_x = 128) in;
-layout(std430, binding = 0) readonly buffer Input { float inverse_depth[]; };
+layout(binding = 0, r32f) uniform readonly imageBuffer inverse_depth;
 layout(std430, binding = 1) writeonly buffer Output { float filtered[]; };
 struct Push {
   uint width;
@@ -23,7 +24,7 @@ void visit(uint i) {
   int place = int(push.along_columns != 0u ? i / push.width : i % push.width);
   int size = int(push.along_columns != 0u ? push.height : push.width);
   int stride = int(push.along_columns != 0u ? push.width : 1u);
-  float centre = inverse_depth[i];
+  float centre = fetchWord(inverse_depth, i);
   float sigma = 3.0 * (push.noise_floor * centre * centre + push.noise_factor);
   float range = 0.5 / (sigma * sigma);
   float sum = centre;
@@ -31,8 +32,8 @@ void visit(uint i) {
   for (int k = 1; k <= kRadius; ++k) {
     bool inside = place >= k && place + k < size;
     int offset = inside ? k * stride : 0;
-    float before = inverse_depth[int(i) - offset];
-    float after = inverse_depth[int(i) + offset];
+    float before = fetchWord(inverse_depth, int(i) - offset);
+    float after = fetchWord(inverse_depth, int(i) + offset);
     float difference = max(abs(before - centre), abs(after - centre));
     float weight = exp(-(float(k * k) * kSpatial + difference * difference * range));
     weight = inside && before > 0.0 && after > 0.0 ? weight : 0.0;

@@ -3,6 +3,7 @@
 // The surfel moves along the measured normal only: it stays in its lattice. One item = one visible surfel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#include "common/texels.glsl"
 #include "common/frame.glsl"
 #include "common/surfel.glsl"
 layout(local_size_x = 128) in;
@@ -10,8 +11,8 @@ layout(std430, binding = 0) buffer Places { vec4 places[]; };
 layout(std430, binding = 1) buffer Shapes { vec4 shapes[]; };
 layout(std430, binding = 2) buffer Looks { uvec4 looks[]; };
 layout(std430, binding = 3) buffer Records { uvec2 records[]; };
-layout(std430, binding = 4) readonly buffer Measurements { vec4 measurements[]; };
-layout(std430, binding = 5) readonly buffer Colours { uint colours[]; };
+layout(binding = 4) uniform samplerBuffer measurements;
+layout(binding = 5, r32ui) uniform readonly uimageBuffer colours;
 const int kVisibleBinding = 6;
 #include "common/visible.glsl"
 layout(std430, binding = 7) buffer Winners { uint winners[]; };
@@ -26,7 +27,7 @@ struct Push {
 
 vec3 colourAt(ivec2 pixel) {
   ivec2 inside = clamp(pixel, ivec2(0), ivec2(push.width, push.height) - 1);
-  uint c = colours[inside.y * int(push.width) + inside.x];
+  uint c = fetchWord(colours, inside.y * int(push.width) + inside.x);
   return vec3(c & 0xffu, c >> 8 & 0xffu, c >> 16 & 0xffu) * 256.0;
 }
 
@@ -43,8 +44,8 @@ void update(uint i, uint index) {
   vec4 shape = shapes[i];
   uvec4 look = looks[i];
   float precision_sum = uintBitsToFloat(records[i].x);
-  vec4 m = measurements[index];
-  float frames = framesOf(colours[index]);
+  vec4 m = fetch(measurements, index);
+  float frames = framesOf(fetchWord(colours, index));
   vec2 pixel = vec2(index % push.width, index / push.width);
   vec3 position = toCamera(place.xyz);
   float radius = radiusOf(m.w, m.z);

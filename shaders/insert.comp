@@ -3,14 +3,15 @@
 // One workgroup = one block of 1024 candidates.
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#include "common/texels.glsl"
 #include "common/frame.glsl"
 #include "common/scan.glsl"
 #include "common/surfel.glsl"
 layout(local_size_x = 128) in;
-layout(std430, binding = 0) readonly buffer Measurements { vec4 measurements[]; };
-layout(std430, binding = 1) readonly buffer Covered { uint covered[]; };
+layout(binding = 0) uniform samplerBuffer measurements;
+layout(binding = 1, r32ui) uniform readonly uimageBuffer covered;
 layout(std430, binding = 2) readonly buffer Blocks { uint blocks[]; };
-layout(std430, binding = 3) readonly buffer Colours { uint colours[]; };
+layout(binding = 3, r32ui) uniform readonly uimageBuffer colours;
 layout(std430, binding = 4) writeonly buffer Places { vec4 places[]; };
 layout(std430, binding = 5) writeonly buffer Shapes { vec4 shapes[]; };
 layout(std430, binding = 6) writeonly buffer Looks { uvec4 looks[]; };
@@ -28,9 +29,9 @@ struct Push {
 #include "common/insertion.glsl"
 
 void write(uint slot, uint index) {
-  vec4 m = measurements[index];
+  vec4 m = fetch(measurements, index);
   vec2 pixel = vec2(index % push.width, index / push.width);
-  uint c = colours[index];
+  uint c = fetchWord(colours, index);
   vec3 colour = vec3(c & 0xffu, c >> 8 & 0xffu, c >> 16 & 0xffu) * 256.0;
   places[slot] = vec4(toMap(rayOf(pixel) * m.w), confidenceOf(framesOf(c)));
   shapes[slot] = vec4(rotateToMap(m.xyz), radiusOf(m.w, m.z));

@@ -2,13 +2,14 @@
 // lately (active), or only all others (inactive). Reads place and times; writes the list. One workgroup = 1024 surfels.
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#include "common/texels.glsl"
 #include "common/frame.glsl"
 #include "common/times.glsl"
 layout(local_size_x = 128) in;
-layout(std430, binding = 0) readonly buffer Places { vec4 places[]; };
+layout(binding = 0) uniform samplerBuffer places;
 const int kVisibleBinding = 1;
 #include "common/visible.glsl"
-layout(std430, binding = 2) readonly buffer Times { uvec4 times[]; };
+layout(binding = 2) uniform usamplerBuffer times;
 struct Push {
   FRAME_FIELDS
   uint count;
@@ -23,7 +24,7 @@ struct Push {
 #include "common/push.glsl"
 
 bool isListed(uint i) {
-  uint seen = tickOf(times[i], push.camera);
+  uint seen = tickOf(fetch(times, i), push.camera);
   bool active_ = seen > 0u && push.tick - seen <= push.window;
   return active_ == (push.inactive == 0u);
 }

@@ -3,9 +3,10 @@
 // Reads place; writes the list. One workgroup = 1024 surfels.
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#include "common/texels.glsl"
 #include "common/frame.glsl"
 layout(local_size_x = 128) in;
-layout(std430, binding = 0) readonly buffer Places { vec4 places[]; };
+layout(binding = 0) uniform samplerBuffer places;
 const int kVisibleBinding = 1;
 #include "common/visible.glsl"
 struct Push {

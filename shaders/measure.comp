@@ -3,10 +3,11 @@
 // One item = one pixel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#include "common/texels.glsl"
 #include "common/frame.glsl"
 #include "common/items.glsl"
 layout(local_size_x = 128) in;
-layout(std430, binding = 0) readonly buffer Input { float inverse_depth[]; };
+layout(binding = 0, r32f) uniform readonly imageBuffer inverse_depth;
 layout(std430, binding = 1) writeonly buffer Output { vec4 measurements[]; };
 struct Push {
   FRAME_FIELDS
@@ -24,11 +25,11 @@ void visit(uint i) {
                 pixel.y + kStep < int(push.height);
   int dx = inside ? kStep : 0;
   int dy = inside ? kStep * int(push.width) : 0;
-  float centre = inverse_depth[i];
-  float left = inverse_depth[int(i) - dx];
-  float right = inverse_depth[int(i) + dx];
-  float up = inverse_depth[int(i) - dy];
-  float down = inverse_depth[int(i) + dy];
+  float centre = fetchWord(inverse_depth, i);
+  float left = fetchWord(inverse_depth, int(i) - dx);
+  float right = fetchWord(inverse_depth, int(i) + dx);
+  float up = fetchWord(inverse_depth, int(i) - dy);
+  float down = fetchWord(inverse_depth, int(i) + dy);
   bool valid = inside && centre > 0.0 && min(min(left, right), min(up, down)) > 0.0;
 
   float sigma = push.noise_floor * centre * centre + push.noise_factor;

@@ -2,10 +2,11 @@
 // Reads place and shape; writes depths by atomicMin. One item = one visible surfel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#include "common/texels.glsl"
 layout(local_size_x = 128) in;
-layout(std430, binding = 0) readonly buffer Places { vec4 places[]; };
-layout(std430, binding = 1) readonly buffer Shapes { vec4 shapes[]; };
-layout(std430, binding = 2) buffer Depths { uint depths[]; };
+layout(binding = 0) uniform samplerBuffer places;
+layout(binding = 1) uniform samplerBuffer shapes;
+layout(binding = 2, r32ui) uniform uimageBuffer depths;
 const int kVisibleBinding = 3;
 #include "common/visible.glsl"
 #include "common/frame.glsl"
@@ -16,20 +17,21 @@ struct Push {
   uint both_sides;
   uint base;   // of the chunk's rows
   uint count;  // rows of the chunk
+  uint group;  // of chunks whose keys are compared with each other
 };
 #include "common/push.glsl"
 #include "common/disc.glsl"
 
 void visit(uint item) {
   uint i = visible[item].x;
-  Disc disc = discOf(places[i], shapes[i]);
+  Disc disc = discOf(fetch(places, i), fetch(shapes, i));
   int last = disc.visible ? disc.high.y : -1;
   for (int y = disc.low.y; y <= last; ++y) {
     for (int x = disc.low.x; x <= disc.high.x; ++x) {
       vec2 at = hit(disc, rayOf(vec2(x, y)));
       uint pixel = uint(y) * push.width + uint(x);
       uint depth = floatBitsToUint(at.x);
-      if (at.y <= 1.0 && at.x > 0.0 && depths[pixel] > depth) atomicMin(depths[pixel], depth);
+      if (at.y <= 1.0 && at.x > 0.0 && fetchWord(depths, pixel) > depth) imageAtomicMin(depths, int(pixel), depth);
     }
   }
 }

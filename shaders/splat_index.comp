@@ -4,11 +4,12 @@
 // One item = one visible surfel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#include "common/texels.glsl"
 layout(local_size_x = 128) in;
-layout(std430, binding = 0) readonly buffer Places { vec4 places[]; };
-layout(std430, binding = 1) readonly buffer Shapes { vec4 shapes[]; };
-layout(std430, binding = 2) readonly buffer Depths { uint depths[]; };
-layout(std430, binding = 3) buffer Keys { uint keys[]; };
+layout(binding = 0) uniform samplerBuffer places;
+layout(binding = 1) uniform samplerBuffer shapes;
+layout(binding = 2, r32ui) uniform readonly uimageBuffer depths;
+layout(binding = 3, r32ui) uniform uimageBuffer keys;
 const int kVisibleBinding = 4;
 #include "common/visible.glsl"
 #include "common/frame.glsl"
@@ -20,21 +21,22 @@ struct Push {
   uint both_sides;
   uint base;   // of the chunk's rows
   uint count;  // rows of the chunk
+  uint group;  // of chunks whose keys are compared with each other
 };
 #include "common/push.glsl"
 #include "common/disc.glsl"
 
 void visit(uint item) {
   uint i = visible[item].x;
-  Disc disc = discOf(places[i], shapes[i]);
+  Disc disc = discOf(fetch(places, i), fetch(shapes, i));
   int last = disc.visible ? disc.high.y : -1;
   for (int y = disc.low.y; y <= last; ++y) {
     for (int x = disc.low.x; x <= disc.high.x; ++x) {
       vec2 at = hit(disc, rayOf(vec2(x, y)));
       uint pixel = uint(y) * push.width + uint(x);
-      float front = uintBitsToFloat(depths[pixel]);
+      float front = uintBitsToFloat(fetchWord(depths, pixel));
       uint key = uint(clamp(at.y, 0.0, 1.0) * 510.0) << kRankShift | (push.base + i);
-      if (at.y <= 1.0 && at.x > 0.0 && at.x <= front + gateOf(front) && keys[pixel] > key) atomicMin(keys[pixel], key);
+      if (at.y <= 1.0 && at.x > 0.0 && at.x <= front + gateOf(front) && fetchWord(keys, pixel) > key) imageAtomicMin(keys, int(pixel), key);
     }
   }
 }

@@ -73,6 +73,7 @@ Result<std::unique_ptr<Buffer::State>> allocateBuffer(Context& context, size_t b
   VkBufferCreateInfo info{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
   info.size = bytes;
   info.usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
+               VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_TEXEL_BUFFER_BIT |
                VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
   info.sharingMode = VK_SHARING_MODE_EXCLUSIVE;
   if (const VkResult result = vkCreateBuffer(context.device, &info, nullptr, &state->buffer); result != VK_SUCCESS) {
@@ -103,8 +104,32 @@ Result<std::unique_ptr<Buffer::State>> allocateBuffer(Context& context, size_t b
 }
 
 Buffer::State::~State() {
+  for (const auto& [format, view] : views) vkDestroyBufferView(context->device, view, nullptr);
   if (buffer) vkDestroyBuffer(context->device, buffer, nullptr);
   if (memory) vkFreeMemory(context->device, memory, nullptr);
+}
+
+Result<VkBufferView> viewOf(Buffer::State& buffer, VkFormat format) {
+  if (const auto found = buffer.views.find(format); found != buffer.views.end()) return found->second;
+  const bool four = format == VK_FORMAT_R32G32B32A32_SFLOAT || format == VK_FORMAT_R32G32B32A32_UINT;
+  const size_t texels = buffer.bytes / (four ? 16 : 4);
+  const auto& properties = buffer.context->physical.properties;
+  if (texels > properties.limits.maxTexelBufferElements) {
+    return Error{ErrorCode::kOutOfMemory, "buffer '" + buffer.name + "' has " + std::to_string(texels) +
+                                              " texels, device " + buffer.context->physical.info.name +
+                                              " allows at most " +
+                                              std::to_string(properties.limits.maxTexelBufferElements)};
+  }
+  VkBufferViewCreateInfo info{VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO};
+  info.buffer = buffer.buffer;
+  info.format = format;
+  info.range = VK_WHOLE_SIZE;
+  VkBufferView view = VK_NULL_HANDLE;
+  if (const VkResult result = vkCreateBufferView(buffer.context->device, &info, nullptr, &view); result != VK_SUCCESS) {
+    return vulkanError(result, "viewing buffer '" + buffer.name + "'");
+  }
+  buffer.views[format] = view;
+  return view;
 }
 
 Result<Buffer> Buffer::create(Context& context, size_t bytes, const char* name) {

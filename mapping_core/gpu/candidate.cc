@@ -67,6 +67,9 @@ std::string refusalOf(const VkPhysicalDeviceProperties& properties, bool has_que
   if (limits.maxComputeSharedMemorySize < 16384) {
     return tooSmall("maxComputeSharedMemorySize", limits.maxComputeSharedMemorySize, 16384);
   }
+  if (limits.maxTexelBufferElements < (1u << 22)) {
+    return tooSmall("maxTexelBufferElements", limits.maxTexelBufferElements, 1u << 22);
+  }
   if (limits.maxStorageBufferRange < (1u << 27)) {
     return tooSmall("maxStorageBufferRange", limits.maxStorageBufferRange, 1u << 27);
   }

@@ -11,6 +11,7 @@
 #include "mapping_core/gpu/buffer.h"
 #include "mapping_core/gpu/device.h"
 #include "mapping_core/gpu/kernel.h"
+#include "mapping_core/gpu/kernel_bindings.h"
 
 namespace comap::gpu {
 
@@ -45,7 +46,7 @@ Result<size_t> chooseCandidate(const std::vector<Candidate>& candidates, const s
 struct Kernel {
   VkDevice device = VK_NULL_HANDLE;
   std::string name;
-  uint32_t bindings = 0;
+  std::vector<BindingKind> bindings;
   uint32_t push_bytes = 0;
   VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
   VkPipelineLayout layout = VK_NULL_HANDLE;
@@ -64,6 +65,7 @@ struct Buffer::State {
   VkDeviceMemory memory = VK_NULL_HANDLE;
   size_t bytes = 0;
   void* mapped = nullptr;
+  std::map<VkFormat, VkBufferView> views;  // made when a kernel first fetches from it
 
   State() = default;
   State(const State&) = delete;
@@ -94,6 +96,9 @@ struct Context {
   /// Submits one command buffer and waits for it.
   Result<void> run(VkCommandBuffer commands);
 };
+
+/// The buffer as texels of `format`. kOutOfMemory also if it has more than the device can address.
+Result<VkBufferView> viewOf(Buffer::State& buffer, VkFormat format);
 
 enum class MemoryUse { kDevice, kStaging };
 Result<std::unique_ptr<Buffer::State>> allocateBuffer(Context& context, size_t bytes, const char* name, MemoryUse use);

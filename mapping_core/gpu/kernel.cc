@@ -8,12 +8,12 @@ namespace comap::gpu {
 namespace {
 
 Result<void> createLayouts(Context& context, Kernel& kernel) {
-  std::vector<VkDescriptorSetLayoutBinding> bindings(kernel.bindings);
-  for (uint32_t i = 0; i < kernel.bindings; ++i) {
-    bindings[i] = {i, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
+  std::vector<VkDescriptorSetLayoutBinding> bindings(kernel.bindings.size());
+  for (uint32_t i = 0; i < bindings.size(); ++i) {
+    bindings[i] = {i, kernel.bindings[i].type, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
   }
   VkDescriptorSetLayoutCreateInfo set_info{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO};
-  set_info.bindingCount = kernel.bindings;
+  set_info.bindingCount = static_cast<uint32_t>(bindings.size());
   set_info.pBindings = bindings.data();
   VkResult result = vkCreateDescriptorSetLayout(context.device, &set_info, nullptr, &kernel.set_layout);
   if (result != VK_SUCCESS) return vulkanError(result, "laying out kernel " + kernel.name);
@@ -57,7 +57,7 @@ Result<const Kernel*> findKernel(Context& context, const KernelSource& source) {
   auto kernel = std::make_unique<Kernel>();
   kernel->device = context.device;
   kernel->name = source.name;
-  kernel->bindings = source.bindings;
+  kernel->bindings = bindingKinds(source.code, source.bindings);
   kernel->push_bytes = source.push_bytes;
   if (auto done = createLayouts(context, *kernel); !done) return done.error();
   if (auto done = createPipeline(context, *kernel, source.code); !done) return done.error();

@@ -12,7 +12,7 @@ namespace comap::gpu {
 struct KernelSource {
   const char* name;                ///< unique
   std::span<const uint32_t> code;  ///< SPIR-V
-  uint32_t bindings;               ///< storage buffers at set 0, binding 0 .. bindings - 1
+  uint32_t bindings;               ///< buffers at set 0, binding 0 .. bindings - 1; how the kernel sees each is its own
   uint32_t push_bytes;             ///< of the push-constant block, at most 128
 };
 

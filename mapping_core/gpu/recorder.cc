@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cassert>
+#include <optional>
 
 #include "mapping_core/gpu/context.h"
 
@@ -17,7 +18,7 @@ struct Recorder::State {
   VkCommandBuffer commands = VK_NULL_HANDLE;
   VkDescriptorPool descriptors = VK_NULL_HANDLE;
   VkQueryPool queries = VK_NULL_HANDLE;
-  VkResult failure = VK_SUCCESS;
+  std::optional<Error> failure;  // of what was recorded first
   uint32_t most_dispatches = 0;
   std::vector<std::string> dispatched;
 
@@ -51,11 +52,13 @@ Result<Recorder> Recorder::begin(Context& context, uint32_t most_dispatches) {
   VkResult result = vkAllocateCommandBuffers(context.device, &info, &state->commands);
   if (result != VK_SUCCESS) return vulkanError(result, "allocating a command buffer");
 
-  const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, most_dispatches * kMostBindings};
+  const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, most_dispatches * kMostBindings},
+                                        {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, most_dispatches * kMostBindings},
+                                        {VK_DESCRIPTOR_TYPE_STORAGE_TEXEL_BUFFER, most_dispatches * kMostBindings}};
   VkDescriptorPoolCreateInfo pool_info{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
   pool_info.maxSets = most_dispatches;
-  pool_info.poolSizeCount = 1;
-  pool_info.pPoolSizes = &size;
+  pool_info.poolSizeCount = 3;
+  pool_info.pPoolSizes = sizes;
   result = vkCreateDescriptorPool(context.device, &pool_info, nullptr, &state->descriptors);
   if (result != VK_SUCCESS) return vulkanError(result, "creating a descriptor pool");
 
@@ -77,19 +80,23 @@ Result<Recorder> Recorder::begin(Context& context, uint32_t most_dispatches) {
 
 void Recorder::dispatch(const Kernel& kernel, std::initializer_list<const Buffer*> buffers, const void* push,
                         size_t push_bytes, uint32_t groups, const Buffer* indirect_groups) {
-  assert(buffers.size() == kernel.bindings && buffers.size() <= kMostBindings && push_bytes == kernel.push_bytes);
+  assert(buffers.size() == kernel.bindings.size() && buffers.size() <= kMostBindings &&
+         push_bytes == kernel.push_bytes);
   assert(state_->dispatched.size() < state_->most_dispatches);
-  if (state_->failure != VK_SUCCESS) return;
+  if (state_->failure) return;
   Context& context = *state_->context;
   VkDescriptorSetAllocateInfo info{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO};
   info.descriptorPool = state_->descriptors;
   info.descriptorSetCount = 1;
   info.pSetLayouts = &kernel.set_layout;
   VkDescriptorSet set = VK_NULL_HANDLE;
-  state_->failure = vkAllocateDescriptorSets(context.device, &info, &set);
-  if (state_->failure != VK_SUCCESS) return;
+  if (const VkResult result = vkAllocateDescriptorSets(context.device, &info, &set); result != VK_SUCCESS) {
+    state_->failure = vulkanError(result, "recording");
+    return;
+  }
 
   std::array<VkDescriptorBufferInfo, kMostBindings> infos{};
+  std::array<VkBufferView, kMostBindings> views{};
   std::array<VkWriteDescriptorSet, kMostBindings> writes{};
   uint32_t count = 0;
   for (const Buffer* buffer : buffers) {
@@ -99,8 +106,18 @@ void Recorder::dispatch(const Kernel& kernel, std::initializer_list<const Buffer
     write.dstSet = set;
     write.dstBinding = count;
     write.descriptorCount = 1;
-    write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+    const BindingKind& kind = kernel.bindings[count];
+    write.descriptorType = kind.type;
     write.pBufferInfo = &infos[count];
+    if (kind.type != VK_DESCRIPTOR_TYPE_STORAGE_BUFFER) {
+      const auto view = viewOf(*buffer->state(), kind.format);
+      if (!view) {
+        state_->failure = view.error();
+        return;
+      }
+      views[count] = *view;
+      write.pTexelBufferView = &views[count];
+    }
     ++count;
   }
   vkUpdateDescriptorSets(context.device, count, writes.data(), 0, nullptr);
@@ -140,7 +157,7 @@ void Recorder::copy(const Buffer& from, const Buffer& to, size_t bytes, size_t t
 }
 
 Result<void> Recorder::submit() {
-  if (state_->failure != VK_SUCCESS) return vulkanError(state_->failure, "recording");
+  if (state_->failure) return *state_->failure;
   if (const VkResult result = vkEndCommandBuffer(state_->commands); result != VK_SUCCESS) {
     return vulkanError(result, "recording");
   }

@@ -20,7 +20,7 @@ Result<const T*> contentOf(const gpu::Buffer& buffer, size_t count, std::vector<
   return static_cast<const T*>(storage.data());
 }
 
-PredictedView toView(const CameraModel& camera, const SurfacePixel* surface, const AppearancePixel* appearance) {
+PredictedView emptyView(const CameraModel& camera) {
   PredictedView view;
   view.camera = camera;
   view.depth_m = Image<float>(camera.width, camera.height, 0.0f);
@@ -28,6 +28,11 @@ PredictedView toView(const CameraModel& camera, const SurfacePixel* surface, con
   view.colour = ColourImage(camera.width, camera.height, Rgb{});
   view.confidence = Image<float>(camera.width, camera.height, 0.0f);
   view.contributors = Image<uint32_t>(camera.width, camera.height, 0u);
+  return view;
+}
+
+PredictedView toView(const CameraModel& camera, const SurfacePixel* surface, const AppearancePixel* appearance) {
+  PredictedView view = emptyView(camera);
   for (size_t i = 0; i < view.depth_m.size(); ++i) {
     view.depth_m.data()[i] = surface[i][3];
     view.normal.data()[i] = {surface[i][0], surface[i][1], surface[i][2]};
@@ -97,6 +102,7 @@ Result<void> PredictionBuffers::reserveBlend(gpu::Context& context, size_t count
 Result<PredictedView> predictView(gpu::Context& context, const SurfelKernels& kernels, std::span<const ChunkRows> seen,
                                   PredictionBuffers& buffers, const FramePush& frame, const CameraModel& camera,
                                   const PredictionOptions& options, const SeenStep* times) {
+  if (seen.empty()) return emptyView(camera);
   const gpu::Kernel& resolve = times ? *times->kernels->resolve_owner : *kernels.resolve;
   const size_t pixels = size_t{frame.width} * frame.height;
   if (auto done = buffers.reserve(context, pixels); !done) return done.error();
@@ -110,10 +116,8 @@ Result<PredictedView> predictView(gpu::Context& context, const SurfelKernels& ke
   auto recorder = gpu::Recorder::begin(context, static_cast<uint32_t>(5 * seen.size() + 1));
   if (!recorder) return recorder.error();
   const float min_confidence = std::max(options.min_confidence, 0.0f);
-  SplatPush splat{{frame}, min_confidence, options.max_depth_m, options.both_sides ? 1u : 0u, 0, 0};
+  SplatPush splat{{frame}, min_confidence, options.max_depth_m, options.both_sides ? 1u : 0u, 0, 0, 0};
   recorder->fill(buffers.depths, 0x7f800000u, pixels * 4);  // infinity
-  recorder->fill(buffers.surface, 0, pixels * sizeof(SurfacePixel));
-  recorder->fill(buffers.appearance, 0xffffffffu, pixels * sizeof(AppearancePixel));
   for (size_t i = 0; i < seen.size(); ++i) {
     const SurfelStreams& streams = *seen[i].streams;
     const VisibleList& visible = buffers.visible[i];
@@ -135,7 +139,7 @@ Result<PredictedView> predictView(gpu::Context& context, const SurfelKernels& ke
     }
   }
   // Keys hold 23 bits of index, so chunks go in groups of that many surfels.
-  for (size_t first = 0, end = 0; first < seen.size(); first = end) {
+  for (size_t first = 0, end = 0; first < seen.size(); first = end, ++splat.group) {
     recorder->fill(buffers.keys, 0xffffffffu, pixels * 4);
     std::vector<SplatPush> pushes;
     size_t base = 0;

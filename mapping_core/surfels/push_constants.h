@@ -82,7 +82,7 @@ struct ExpirePush {
 /// Of both splats and resolve.
 struct SplatPush : FramePush {
   float min_confidence, max_depth;
-  uint32_t both_sides, base, count;
+  uint32_t both_sides, base, count, group;
 };
 
 struct MoveOwnersPush {

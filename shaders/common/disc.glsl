@@ -2,7 +2,7 @@
 struct Disc {
   vec3 position;  // in the camera's frame
   vec3 normal;
-  float radius;
+  float weight;  // 1 / radius squared
   bool visible;
   ivec2 low;   // footprint, pixels
   ivec2 high;
@@ -16,14 +16,14 @@ Disc discOf(vec4 place, vec4 shape) {
   Disc disc;
   disc.position = toCamera(place.xyz);
   disc.normal = rotateToCamera(shape.xyz);
-  disc.radius = shape.w;
+  disc.weight = 1.0 / (shape.w * shape.w);
   float z = disc.position.z;
   float facing = -dot(disc.normal, disc.position) / length(disc.position);
   facing = push.both_sides != 0u ? abs(facing) : facing;
   disc.visible = place.w >= push.min_confidence && z > kNearest && z < push.max_depth && facing > kGrazingCosine;
 
   // The disc reaches r sqrt(1 - n_a^2) along axis a.
-  vec3 extent = disc.radius * sqrt(max(1.0 - disc.normal * disc.normal, vec3(0.0)));
+  vec3 extent = shape.w * sqrt(max(1.0 - disc.normal * disc.normal, vec3(0.0)));
   float nearest = max(z - extent.z, 0.5 * z);
   vec2 centre = project(disc.position);
   vec2 reach = (extent.xy + abs(disc.position.xy / z) * extent.z) * abs(push.intrinsics.xy) / nearest;
@@ -39,5 +39,5 @@ Disc discOf(vec4 place, vec4 shape) {
 vec2 hit(Disc disc, vec3 ray) {
   float depth = dot(disc.normal, disc.position) / dot(disc.normal, ray);
   vec3 offset = ray * depth - disc.position;
-  return vec2(depth, dot(offset, offset) / (disc.radius * disc.radius));
+  return vec2(depth, dot(offset, offset) * disc.weight);
 }

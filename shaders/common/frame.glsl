@@ -17,7 +17,7 @@
 #define toMap(x) rotateToMap((x) - vec3(push.row0.w, push.row1.w, push.row2.w))
 
 // The ray of a pixel, z = 1, and the pixel of a point.
-#define rayOf(pixel) vec3(((pixel) - push.intrinsics.zw) / push.intrinsics.xy, 1.0)
+#define rayOf(pixel) vec3(((pixel) - push.intrinsics.zw) * (1.0 / push.intrinsics.xy), 1.0)
 #define project(x) ((x).xy / (x).z * push.intrinsics.xy + push.intrinsics.zw)
 #define focalLength() (0.5 * (abs(push.intrinsics.x) + abs(push.intrinsics.y)))
 

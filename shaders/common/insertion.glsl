@@ -9,8 +9,8 @@ uint candidatePixel(uint i) {
 bool startsSurfel(uint i) {
   if (i >= push.candidates) return false;
   uint index = candidatePixel(i);
-  float z = measurements[index].w;
-  if (z <= 0.0 || covered[index] != 0u) return false;
+  float z = fetch(measurements, index).w;
+  if (z <= 0.0 || fetchWord(covered, index) != 0u) return false;
   uint stride = strideOf(z);
   return (index % push.width) % stride == 0u && (index / push.width) % stride == 0u;
 }

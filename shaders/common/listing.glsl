@@ -7,7 +7,7 @@ shared uint list_count;
 shared uint list_base;
 
 bool isVisible(uint i) {
-  vec4 place = places[i];
+  vec4 place = fetch(places, i);
   vec3 position = toCamera(place.xyz);
   vec2 at = project(position);
   vec2 size = vec2(push.width, push.height);
