@@ -11,7 +11,7 @@ layout(binding = 1) uniform samplerBuffer shapes;
 layout(binding = 2) uniform usamplerBuffer looks;
 layout(binding = 3, r32ui) uniform readonly uimageBuffer depths;
 const int kVisibleBinding = 4;
-#include "common/visible.glsl"
+#include "common/visible_read.glsl"
 layout(std430, binding = 5) buffer Colours { uint colour_sums[]; };
 layout(std430, binding = 6) buffer Normals { int normal_sums[]; };
 #include "common/frame.glsl"
@@ -31,7 +31,7 @@ struct Push {
 const float kFalloff = 3.0;  // weight exp(-3) at the rim
 
 void visit(uint item) {
-  uint i = visible[item].x;
+  uint i = visibleSurfel(item);
   Disc disc = discOf(fetch(places, i), fetch(shapes, i));
   uvec3 colour = uvec3(clamp((colourOf(fetch(looks, i)) + 128.0) / 256.0, 0.0, 255.0));
   int last = disc.visible ? disc.high.y : -1;

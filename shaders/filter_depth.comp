@@ -16,12 +16,14 @@ struct Push {
   float noise_factor;
 };
 #include "common/push.glsl"
+#include "common/pixel.glsl"
 
 const int kRadius = 6;
 const float kSpatial = 0.0246914;  // 1 / (2 * 4.5^2)
 
 void visit(uint i) {
-  int place = int(push.along_columns != 0u ? i / push.width : i % push.width);
+  uvec2 pixel = pixelOf(i);
+  int place = int(push.along_columns != 0u ? pixel.y : pixel.x);
   int size = int(push.along_columns != 0u ? push.height : push.width);
   int stride = int(push.along_columns != 0u ? push.width : 1u);
   float centre = fetchWord(inverse_depth, i);

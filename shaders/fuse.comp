@@ -23,6 +23,7 @@ struct Push {
   uint base;  // of the chunk's rows
 };
 #include "common/push.glsl"
+#include "common/pixel.glsl"
 #include "common/measurement.glsl"
 
 vec3 colourAt(ivec2 pixel) {
@@ -46,7 +47,7 @@ void update(uint i, uint index) {
   float precision_sum = uintBitsToFloat(records[i].x);
   vec4 m = fetch(measurements, index);
   float frames = framesOf(fetchWord(colours, index));
-  vec2 pixel = vec2(index % push.width, index / push.width);
+  vec2 pixel = vec2(pixelOf(index));
   vec3 position = toCamera(place.xyz);
   float radius = radiusOf(m.w, m.z);
   vec3 colour = colourOf(look);

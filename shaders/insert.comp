@@ -25,12 +25,13 @@ struct Push {
   uint contributor;
 };
 #include "common/push.glsl"
+#include "common/pixel.glsl"
 #include "common/measurement.glsl"
 #include "common/insertion.glsl"
 
 void write(uint slot, uint index) {
   vec4 m = fetch(measurements, index);
-  vec2 pixel = vec2(index % push.width, index / push.width);
+  vec2 pixel = vec2(pixelOf(index));
   uint c = fetchWord(colours, index);
   vec3 colour = vec3(c & 0xffu, c >> 8 & 0xffu, c >> 16 & 0xffu) * 256.0;
   places[slot] = vec4(toMap(rayOf(pixel) * m.w), confidenceOf(framesOf(c)));

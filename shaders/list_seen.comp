@@ -9,7 +9,8 @@ layout(local_size_x = 128) in;
 layout(binding = 0) uniform samplerBuffer places;
 const int kVisibleBinding = 1;
 #include "common/visible.glsl"
-layout(binding = 2) uniform usamplerBuffer times;
+layout(binding = 2, r32ui) uniform readonly uimageBuffer blocks;
+layout(binding = 3) uniform usamplerBuffer times;
 struct Push {
   FRAME_FIELDS
   uint count;

@@ -13,6 +13,7 @@ struct Push {
   FRAME_FIELDS
 };
 #include "common/push.glsl"
+#include "common/pixel.glsl"
 
 const int kStep = 2;                // pixels to the neighbours
 const float kSlope = 5.67;          // tan 80 deg: steeper is a depth edge
@@ -20,7 +21,7 @@ const float kBend = 2.0;            // change of slope that a surface may have o
 const float kGrazingCosine = 0.17;  // 80 deg
 
 void visit(uint i) {
-  ivec2 pixel = ivec2(i % push.width, i / push.width);
+  ivec2 pixel = ivec2(pixelOf(i));
   bool inside = pixel.x >= kStep && pixel.y >= kStep && pixel.x + kStep < int(push.width) &&
                 pixel.y + kStep < int(push.height);
   int dx = inside ? kStep : 0;

@@ -8,7 +8,7 @@ layout(binding = 0) uniform samplerBuffer places;
 layout(binding = 1) uniform samplerBuffer shapes;
 layout(binding = 2, r32ui) uniform uimageBuffer depths;
 const int kVisibleBinding = 3;
-#include "common/visible.glsl"
+#include "common/visible_read.glsl"
 #include "common/frame.glsl"
 struct Push {
   FRAME_FIELDS
@@ -23,7 +23,7 @@ struct Push {
 #include "common/disc.glsl"
 
 void visit(uint item) {
-  uint i = visible[item].x;
+  uint i = visibleSurfel(item);
   Disc disc = discOf(fetch(places, i), fetch(shapes, i));
   int last = disc.visible ? disc.high.y : -1;
   for (int y = disc.low.y; y <= last; ++y) {

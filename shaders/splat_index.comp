@@ -11,7 +11,7 @@ layout(binding = 1) uniform samplerBuffer shapes;
 layout(binding = 2, r32ui) uniform readonly uimageBuffer depths;
 layout(binding = 3, r32ui) uniform uimageBuffer keys;
 const int kVisibleBinding = 4;
-#include "common/visible.glsl"
+#include "common/visible_read.glsl"
 #include "common/frame.glsl"
 #include "common/surfel.glsl"
 struct Push {
@@ -27,7 +27,7 @@ struct Push {
 #include "common/disc.glsl"
 
 void visit(uint item) {
-  uint i = visible[item].x;
+  uint i = visibleSurfel(item);
   Disc disc = discOf(fetch(places, i), fetch(shapes, i));
   int last = disc.visible ? disc.high.y : -1;
   for (int y = disc.low.y; y <= last; ++y) {

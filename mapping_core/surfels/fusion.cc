@@ -69,8 +69,8 @@ Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& ke
   }
   if (auto done = scratch.reserve(context, step.seen, candidates); !done) return done.error();
   const auto chunks = static_cast<uint32_t>(step.seen.size());
-  auto recorder =
-      gpu::Recorder::begin(context, static_cast<uint32_t>(8 + 6 * step.seen.size() + 2 * step.targets.size()));
+  auto recorder = gpu::Recorder::begin(
+      context, static_cast<uint32_t>(8 + (5 + VisibleList::kDispatches) * step.seen.size() + 2 * step.targets.size()));
   if (!recorder) return recorder.error();
 
   maps.recordMeasure(*recorder, kernels, frame);
@@ -128,6 +128,8 @@ Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& ke
     start -= capacity;
   }
   if (auto done = recorder->submit(); !done) return done.error();
+  noteBoxes(step.seen);
+  noteFusion(step.seen);
 
   const auto read = scratch.counters.read<uint32_t>(2 * chunks + 1);
   if (!read) return read.error();

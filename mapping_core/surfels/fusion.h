@@ -10,12 +10,6 @@
 
 namespace comap {
 
-/// Rows of a map that are worked on, one chunk of it.
-struct ChunkRows {
-  SurfelStreams* streams = nullptr;
-  uint32_t count = 0;  ///< rows in use
-};
-
 /// Buffers that only live through one fusion.
 struct FusionScratch {
   std::vector<VisibleList> visible;  ///< one per chunk in view

@@ -113,7 +113,8 @@ Result<PredictedView> predictView(gpu::Context& context, const SurfelKernels& ke
   if (options.blend) {
     if (auto done = buffers.reserveBlend(context, pixels); !done) return done.error();
   }
-  auto recorder = gpu::Recorder::begin(context, static_cast<uint32_t>(5 * seen.size() + 1));
+  auto recorder =
+      gpu::Recorder::begin(context, static_cast<uint32_t>((4 + VisibleList::kDispatches) * seen.size() + 1));
   if (!recorder) return recorder.error();
   const float min_confidence = std::max(options.min_confidence, 0.0f);
   SplatPush splat{{frame}, min_confidence, options.max_depth_m, options.both_sides ? 1u : 0u, 0, 0, 0};
@@ -162,6 +163,7 @@ Result<PredictedView> predictView(gpu::Context& context, const SurfelKernels& ke
     }
   }
   if (auto done = recorder->submit(); !done) return done.error();
+  noteBoxes(seen);
 
   std::vector<SurfacePixel> surface_copy;
   std::vector<AppearancePixel> appearance_copy;

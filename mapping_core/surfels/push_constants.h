@@ -57,6 +57,15 @@ struct CompactPush {
   uint32_t count, pairs;
 };
 
+struct BoundBlocksPush {
+  uint32_t first, count;
+};
+
+struct ListBlocksPush : FramePush {
+  uint32_t count;
+  float max_depth, margin;
+};
+
 struct ListVisiblePush : FramePush {
   uint32_t count;
   float min_confidence, max_depth, margin;

@@ -5,6 +5,7 @@
 // SPIR-V as words, made from shaders/ by the build.
 #include "shaders/associate.h"
 #include "shaders/blend.h"
+#include "shaders/bound_blocks.h"
 #include "shaders/clean_up.h"
 #include "shaders/compact.h"
 #include "shaders/count_alive.h"
@@ -12,6 +13,7 @@
 #include "shaders/filter_depth.h"
 #include "shaders/fuse.h"
 #include "shaders/insert.h"
+#include "shaders/list_blocks.h"
 #include "shaders/list_visible.h"
 #include "shaders/measure.h"
 #include "shaders/move_owners.h"
@@ -38,7 +40,9 @@ Result<SurfelKernels> SurfelKernels::create(gpu::Context& context) {
   } table[] = {
       {&kernels.filter_depth, source<FilterDepthPush>("filter_depth", kFilterDepthSpirv, 2)},
       {&kernels.measure, source<FramePush>("measure", kMeasureSpirv, 2)},
-      {&kernels.list_visible, source<ListVisiblePush>("list_visible", kListVisibleSpirv, 2)},
+      {&kernels.bound_blocks, source<BoundBlocksPush>("bound_blocks", kBoundBlocksSpirv, 2)},
+      {&kernels.list_blocks, source<ListBlocksPush>("list_blocks", kListBlocksSpirv, 2)},
+      {&kernels.list_visible, source<ListVisiblePush>("list_visible", kListVisibleSpirv, 3)},
       {&kernels.associate, source<AssociatePush>("associate", kAssociateSpirv, 7)},
       {&kernels.fuse, source<FusePush>("fuse", kFuseSpirv, 8)},
       {&kernels.clean_up, source<CleanUpPush>("clean_up", kCleanUpSpirv, 7)},

@@ -8,6 +8,8 @@ namespace comap {
 struct SurfelKernels {
   const gpu::Kernel* filter_depth = nullptr;
   const gpu::Kernel* measure = nullptr;
+  const gpu::Kernel* bound_blocks = nullptr;
+  const gpu::Kernel* list_blocks = nullptr;
   const gpu::Kernel* list_visible = nullptr;
   const gpu::Kernel* associate = nullptr;
   const gpu::Kernel* fuse = nullptr;

@@ -75,6 +75,7 @@ Result<void> SurfelMap::moveOwners(std::span<const Pose> T_new_old) {
     recorder->dispatch(*pool.kernels.move_owners, {&streams.places, &streams.shapes, &streams.looks, &pool.motions},
                        MoveOwnersPush{chunk->rows, static_cast<uint32_t>(T_new_old.size())},
                        gpu::groupsFor(chunk->rows, kBlockItems));
+    chunk->streams.boxed = 0;
     if (auto done = recorder->submit(); !done) return done;
     const auto places = streams.places.read<std::array<float, 4>>(chunk->rows);
     if (!places) return places.error();

@@ -67,6 +67,7 @@ Result<SurfelStreams> SurfelPool::take(size_t capacity) {
     if (const auto found = spare_.find(capacity); found != spare_.end()) {
       SurfelStreams streams = std::move(found->second);
       spare_.erase(found);
+      streams.boxed = 0;
       return streams;
     }
     Error refusal{ErrorCode::kOutOfMemory, "surfels may take " + std::to_string(memory_bytes_ >> 20) + " MiB"};

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "mapping_core/gpu/recorder.h"
+#include "mapping_core/surfels/surfel_kernels.h"
 
 namespace comap {
 
@@ -20,6 +21,9 @@ Result<SurfelStreams> SurfelStreams::create(gpu::Context& context, size_t capaci
                {&streams.looks, 16, "surfel looks"},
                {&streams.records, 8, "surfel records"},
                {&streams.times, 16, "surfel times"}};
+  auto boxes = gpu::Buffer::create(context, gpu::groupsFor(capacity, kBlockItems) * size_t{32}, "surfel boxes");
+  if (!boxes) return boxes.error();
+  streams.boxes = std::move(*boxes);
   for (const auto& entry : table) {
     if (entry.buffer == &streams.times && !timed) continue;
     auto buffer = gpu::Buffer::create(context, capacity * entry.bytes, entry.name);
@@ -37,6 +41,7 @@ Result<void> copyRows(gpu::Context& context, const SurfelStreams& from, size_t c
   recorder->copy(from.looks, to.looks, count * 16, first * 16);
   recorder->copy(from.records, to.records, count * 8, first * 8);
   if (from.timed()) recorder->copy(from.times, to.times, count * 16, first * 16);
+  to.boxed = std::min(to.boxed, static_cast<uint32_t>(first));
   return recorder->submit();
 }
 
@@ -94,6 +99,7 @@ Result<StreamRows> readRows(const SurfelStreams& streams, size_t count) {
 
 Result<void> writeRows(SurfelStreams& streams, const StreamRows& rows, size_t first) {
   const size_t count = rows.places.size();
+  streams.boxed = std::min(streams.boxed, static_cast<uint32_t>(first));
   if (auto done = streams.places.write(rows.places.data(), count * 16, first * 16); !done) return done;
   if (auto done = streams.shapes.write(rows.shapes.data(), count * 16, first * 16); !done) return done;
   if (auto done = streams.looks.write(rows.looks.data(), count * 16, first * 16); !done) return done;

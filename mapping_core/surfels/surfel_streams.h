@@ -20,7 +20,10 @@ struct SurfelStreams {
   gpu::Buffer looks;    ///< 16 bytes
   gpu::Buffer records;  ///< 8 bytes
   gpu::Buffer times;    ///< 16 bytes, SeenTimes; only of timed maps
+  gpu::Buffer boxes;    ///< 32 bytes a block of kBlockItems rows, see shaders/bound_blocks.comp
   size_t capacity = 0;
+  uint32_t boxed = 0;  ///< rows whose boxes hold; who moves or writes rows takes them back
+  uint32_t fused = 0;  ///< fusions since boxes were made
 
   static Result<SurfelStreams> create(gpu::Context& context, size_t capacity, bool timed = false);
   bool timed() const { return times.bytes() > 0; }
@@ -39,6 +42,7 @@ StreamRows pack(std::span<const Surfel> surfels);
 std::vector<Surfel> unpack(const StreamRows& rows);
 
 Result<StreamRows> readRows(const SurfelStreams& streams, size_t count);
+/// Boxes of the rows from `first` on are to be made anew, here and when rows are copied.
 Result<void> writeRows(SurfelStreams& streams, const StreamRows& rows, size_t first);
 /// Copies the first `count` rows, on the device, to the rows from `first` on.
 Result<void> copyRows(gpu::Context& context, const SurfelStreams& from, size_t count, SurfelStreams& to, size_t first);

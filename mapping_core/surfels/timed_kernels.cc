@@ -17,7 +17,7 @@ Result<TimedKernels> TimedKernels::create(gpu::Context& context) {
     const gpu::Kernel** slot;
     gpu::KernelSource source;
   } table[] = {
-      {&kernels.list_seen, {"list_seen", kListSeenSpirv, 3, sizeof(ListSeenPush)}},
+      {&kernels.list_seen, {"list_seen", kListSeenSpirv, 4, sizeof(ListSeenPush)}},
       {&kernels.stamp_fused, {"stamp_fused", kStampFusedSpirv, 3, sizeof(StampFusedPush)}},
       {&kernels.stamp_new, {"stamp_new", kStampNewSpirv, 2, sizeof(StampNewPush)}},
       {&kernels.expire, {"expire", kExpireSpirv, 3, sizeof(ExpirePush)}},

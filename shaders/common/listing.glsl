@@ -1,5 +1,5 @@
 // Fills a list of surfels: those in view that isListed(row) admits. Needs common/frame.glsl, common/visible.glsl, places,
-// and push.count, push.min_confidence, push.max_depth, push.margin.
+// blocks as list_blocks left them, and push.count, push.min_confidence, push.max_depth, push.margin.
 const float kNearest = 0.05;  // m
 const uint kThreads = 128u;
 const uint kSurfelsPerThread = 8u;
@@ -19,7 +19,7 @@ bool isVisible(uint i) {
 void main() {
   push = given;
   uint thread = gl_LocalInvocationID.x;
-  uint first = (gl_WorkGroupID.x * kThreads + thread) * kSurfelsPerThread;
+  uint first = (fetchWord(blocks, 4u + gl_WorkGroupID.x) * kThreads + thread) * kSurfelsPerThread;
   uint flags = 0u;
   for (uint k = 0u; k < kSurfelsPerThread; ++k) {
     flags |= first + k < push.count && isVisible(min(first + k, push.count - 1u)) ? 1u << k : 0u;

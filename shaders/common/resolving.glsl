@@ -20,6 +20,7 @@ struct Push {
   uint group;  // of chunks whose keys are compared with each other
 };
 #include "common/push.glsl"
+#include "common/pixel.glsl"
 #include "common/disc.glsl"
 
 void visit(uint i) {
@@ -31,7 +32,7 @@ void visit(uint i) {
   vec4 place = fetch(places, surfel);
   uvec4 look = fetch(looks, surfel);
   Disc disc = discOf(place, fetch(shapes, surfel));
-  vec3 ray = rayOf(vec2(i % push.width, i / push.width));
+  vec3 ray = rayOf(vec2(pixelOf(i)));
   vec3 normal = dot(disc.normal, ray) > 0.0 ? -disc.normal : disc.normal;
   uvec3 colour = uvec3(clamp((colourOf(look) + 128.0) / 256.0, 0.0, 255.0));
   surface[i] = empty ? vec4(0.0) : vec4(normal, hit(disc, ray).x);

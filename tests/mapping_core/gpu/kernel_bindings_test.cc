@@ -26,7 +26,7 @@ TEST(KernelBindings, SaysWhatEachIs) {
     EXPECT_EQ(kinds[i].type, VK_DESCRIPTOR_TYPE_STORAGE_TEXEL_BUFFER) << i;
     EXPECT_EQ(kinds[i].format, VK_FORMAT_R32_UINT) << i;
   }
-  EXPECT_EQ(bindingKinds(kListSeenSpirv, 3)[2].format, VK_FORMAT_R32G32B32A32_UINT);
+  EXPECT_EQ(bindingKinds(kListSeenSpirv, 4)[3].format, VK_FORMAT_R32G32B32A32_UINT);
 }
 
 TEST(KernelBindings, StorageBuffersAndDamagedCodeAreStorage) {

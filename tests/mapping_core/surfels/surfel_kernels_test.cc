@@ -194,6 +194,77 @@ TEST(Fusion, MatchesOracleKeyframeByKeyframe) {
   EXPECT_EQ(validationText(device), "");
 }
 
+// Boxes may keep too much in, never too little; and what lies elsewhere is not looked at.
+TEST(ListVisible, FindsAllThatIsInView) {
+  COMAP_DEVICE_OR_SKIP(device);
+  gpu::Context& context = device.context();
+  const auto kernels = SurfelKernels::create(context);
+  // Thirty clouds of 700 surfels all around, so that blocks of 1024 end within clouds; the last block is not full.
+  std::mt19937 random(5);
+  std::normal_distribution<float> scatter(0, 0.1f);
+  std::vector<Surfel> surfels;
+  for (int cloud = 0; cloud < 30; ++cloud) {
+    const float angle = 0.21f * static_cast<float>(cloud), distance = 1 + 0.2f * static_cast<float>(cloud);
+    const Eigen::Vector3f centre(distance * std::sin(angle), 0.1f * static_cast<float>(cloud % 5),
+                                 distance * std::cos(angle));
+    for (int i = 0; i < 700; ++i) {
+      Surfel& s = surfels.emplace_back();
+      s.position = centre + Eigen::Vector3f(scatter(random), scatter(random), scatter(random));
+      s.confidence = 1;
+    }
+  }
+  const auto count = static_cast<uint32_t>(surfels.size());
+  auto streams = SurfelStreams::create(context, 1 << 15);
+  ASSERT_TRUE(kernels && streams && writeRows(*streams, pack(surfels), 0));
+  EXPECT_EQ(streams->boxed, 0u);
+  VisibleList list;
+  ASSERT_TRUE(list.reserve(context, 1 << 15));
+  const ChunkRows rows[] = {{&*streams, count}};
+  const float farthest = 5, margin_px = 3;
+  for (int view = 0; view < 12; ++view) {
+    CameraModel camera = kCamera;
+    if (view % 3 == 2) camera.fy = -camera.fy;  // y up
+    const Pose T_map_cam(
+        Eigen::Quaterniond(Eigen::AngleAxisd(0.53 * view, Eigen::Vector3d(0.1 * (view % 2), 1, 0).normalized())),
+        Eigen::Vector3d(0.1 * view, 0, 0));
+    const FusionParameters p;
+    const FramePush frame = framePush(camera, T_map_cam, p);
+    auto recorder = gpu::Recorder::begin(context);
+    ASSERT_TRUE(recorder);
+    list.record(*recorder, *kernels, *streams, {{frame}, count, 0, farthest, margin_px}, nullptr);
+    ASSERT_TRUE(recorder->submit());
+    noteBoxes(rows);
+    const auto words = list.list.read<uint32_t>(4 + 2 * count);
+    ASSERT_TRUE(words);
+    std::vector<bool> found(count, false);
+    for (uint32_t i = 0; i < (*words)[3]; ++i) found[(*words)[4 + 2 * i]] = true;
+    size_t in_view = 0, missed = 0, needless = 0;
+    const Eigen::Isometry3f T_cam_map(T_map_cam.inverse().matrix().cast<float>());
+    for (uint32_t i = 0; i < count; ++i) {
+      const Eigen::Vector3f x = T_cam_map * surfels[i].position;
+      const Eigen::Vector2f at(x.x() / x.z() * static_cast<float>(camera.fx) + static_cast<float>(camera.cx),
+                               x.y() / x.z() * static_cast<float>(camera.fy) + static_cast<float>(camera.cy));
+      const auto inside = [&](float by) {
+        return x.z() > 0.05f + by * 1e-3f && x.z() < farthest - by * 1e-3f && at.x() > -margin_px + by &&
+               at.y() > -margin_px + by && at.x() < static_cast<float>(camera.width) + margin_px - by &&
+               at.y() < static_cast<float>(camera.height) + margin_px - by;
+      };
+      in_view += inside(0);
+      missed += inside(0.01f) && !found[i];
+      needless += !inside(-0.01f) && found[i];
+    }
+    EXPECT_EQ(missed, 0u) << "view " << view;
+    EXPECT_EQ(needless, 0u) << "view " << view;
+    EXPECT_EQ(std::count(found.begin(), found.end(), true), (*words)[3]) << "listed twice";
+    EXPECT_GT(in_view, 100u);
+    const auto blocks = list.blocks.read<uint32_t>(4);
+    ASSERT_TRUE(blocks);
+    EXPECT_LT((*blocks)[0], 14u) << "of 21 blocks, view " << view;
+  }
+  EXPECT_EQ(streams->boxed, count);
+  EXPECT_EQ(validationText(device), "");
+}
+
 TEST(Prediction, MatchesOracle) {
   COMAP_DEVICE_OR_SKIP(device);
   const CameraModel small{65.6, 65.6, 39.5, 29.5, 80, 60};
