@@ -214,6 +214,9 @@ Result<RunEvaluation> evaluateRun(const std::string& run, const RunTruth& truth,
   auto closures = evaluateClosures(store, truth.trajectories);
   if (!closures) return closures.error();
   evaluation.closures = *closures;
+  auto fit = fitTruth(store, truth.trajectories);
+  if (!fit) return fit.error();
+  evaluation.truth_fit = std::move(*fit);
   return evaluation;
 }
 
@@ -265,6 +268,7 @@ Result<json> updateReport(const std::string& run, const RunEvaluation& evaluatio
   report.erase("closures_reason");
   report["closures"] = evaluation.closures ? toJson(*evaluation.closures) : json(nullptr);
   if (!evaluation.closures) report["closures_reason"] = evaluation.closures_reason;
+  report["truth_fit"] = evaluation.truth_fit ? toJson(*evaluation.truth_fit) : json(nullptr);
 
   if (auto written = writeWholeFile(run + "/errors.csv", errorsCsv(poseErrors(evaluation))); !written)
     return written.error();

@@ -11,6 +11,7 @@
 #include "fleet_tools/evaluate/metrics.h"
 #include "fleet_tools/evaluate/metrics_doubles.h"
 #include "fleet_tools/evaluate/metrics_surface.h"
+#include "fleet_tools/evaluate/truth_fit.h"
 
 namespace comap {
 
@@ -39,7 +40,8 @@ struct RunEvaluation {
   std::string surface_reason;            ///< why there is none
   std::optional<DoubleSurface> doubles;  ///< none without run/map.ply
   std::optional<ClosureScore> closures;
-  std::string closures_reason;  ///< why there is none
+  std::string closures_reason;        ///< why there is none
+  std::optional<TruthFit> truth_fit;  ///< none without a store
 };
 
 struct RunTruth {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "fleet_tools/evaluate/metrics_trajectory.h"
+#include "fleet_tools/evaluate/keyframe_truth.h"
 #include "mapping_core/store/map_store.h"
 #include "protocol/codec/keyframe_codec.h"
 
@@ -138,26 +138,17 @@ Result<ClosureScore> evaluateClosures(const std::string& path, const std::map<st
   const auto keyframes = store->keyframes();
   if (!keyframes) return keyframes.error();
   ClosureTruth truth;
-  std::map<std::string, std::vector<StampedPose>> estimates;  // keyframes as a trajectory, to be paired by time
-  std::map<std::pair<std::string, int64_t>, KeyframeId> by_stamp;
   std::map<std::string, int64_t> first_ns;
   for (const StoredKeyframe& keyframe : *keyframes) {
     truth.order.push_back(keyframe.id);
-    estimates[keyframe.id.robot].push_back({keyframe.stamp_ns, keyframe.T_map_cam});
-    by_stamp[{keyframe.id.robot, keyframe.stamp_ns}] = keyframe.id;
     const auto [first, fresh] = first_ns.emplace(keyframe.id.robot, keyframe.stamp_ns);
     first->second = std::min(first->second, keyframe.stamp_ns);
   }
   for (const StoredKeyframe& keyframe : *keyframes)
     truth.stamp_s[keyframe.id] = 1e-9 * static_cast<double>(keyframe.stamp_ns - first_ns.at(keyframe.id.robot));
-  for (const auto& [robot, file] : truths) {
-    const auto reference = readTrajectory(file);
-    if (!reference) return reference.error();
-    auto& own = estimates[robot];
-    std::sort(own.begin(), own.end(), [](const auto& a, const auto& b) { return a.stamp_ns < b.stamp_ns; });
-    for (const PosePair& pair : associate(own, *reference))
-      truth.T_truth_cam[by_stamp.at({robot, pair.estimate.stamp_ns})] = pair.truth.pose;
-  }
+  auto T_truth_cam = keyframeTruth(*keyframes, truths);
+  if (!T_truth_cam) return T_truth_cam.error();
+  truth.T_truth_cam = std::move(*T_truth_cam);
   std::vector<std::pair<KeyframeId, CoarseView>> views;
   for (const KeyframeId& id : truth.order) {
     if (!truth.T_truth_cam.contains(id)) continue;

@@ -102,6 +102,7 @@ void printRun(const RunEvaluation& evaluation) {
   } else {
     std::printf("closures     none: %s\n", evaluation.closures_reason.c_str());
   }
+  if (evaluation.truth_fit) std::printf("%s", fitText(*evaluation.truth_fit).c_str());
 }
 
 int evaluateWhole(const EvaluateOptions& options) {

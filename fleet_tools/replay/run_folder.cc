@@ -1,7 +1,10 @@
 #include "fleet_tools/replay/run_folder.h"
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
+#include <string_view>
 #include <vector>
 
 #include "mapping_core/store/store_lock.h"
@@ -9,36 +12,110 @@
 namespace comap {
 namespace {
 
-constexpr const char* kRunMark = "/.comap-run";
+namespace fs = std::filesystem;
+
+constexpr const char* kRunMark = ".comap-run";
+constexpr const char* kLogs = "logs";
+// What replay, evaluate and report write into a run, beside the store, a trajectory for each robot and the logs.
+constexpr std::array<std::string_view, 12> kRunFiles = {
+    kRunMark,      "events.log",  "frames.csv", "map.ply",      "map.png",     "map-top.png", "map-contribution.png",
+    "report.json", "report.html", "errors.csv", "compare.json", "compare.html"};
+
+bool isFileOfARun(const std::string& name) {
+  return std::find(kRunFiles.begin(), kRunFiles.end(), name) != kRunFiles.end() || name.starts_with("map.comap") ||
+         name.ends_with(".trajectory.txt") || name.find(".part-") != std::string::npos;
+}
+
+bool isLog(const fs::path& name) {
+  return name.extension() == ".log" || name.extension() == ".json" || name == "config.yaml";
+}
+
+bool isFolder(const fs::directory_entry& entry) {
+  std::error_code problem;
+  return !entry.is_symlink(problem) && entry.is_directory(problem);
+}
+
+bool isFile(const fs::directory_entry& entry) {
+  std::error_code problem;
+  return !entry.is_symlink(problem) && entry.is_regular_file(problem);
+}
+
+// The first entry that no run wrote; empty if there is none.
+Result<fs::path> foreignIn(const fs::path& folder, bool logs = false) {
+  std::error_code problem;
+  for (fs::directory_iterator at(folder, problem), end; !problem && at != end; at.increment(problem)) {
+    const fs::path name = at->path().filename();
+    if (isFile(*at) && (logs ? isLog(name) : isFileOfARun(name.string()))) continue;
+    const bool own = !logs && isFolder(*at) && (name == kLogs || fs::exists(at->path() / kRunMark, problem));
+    if (!own) return at->path();
+    auto inside = foreignIn(at->path(), name == kLogs);
+    if (!inside || !inside->empty()) return inside;
+  }
+  if (problem) return Error{ErrorCode::kUnreachable, folder.string() + ": cannot be listed: " + problem.message()};
+  return fs::path();
+}
+
+// The mark goes last, so that what was interrupted can be done again.
+std::error_code emptyRun(const fs::path& folder) {
+  std::error_code problem;
+  std::vector<fs::path> entries;
+  for (fs::directory_iterator at(folder, problem), end; !problem && at != end; at.increment(problem))
+    if (at->path().filename() != kRunMark) entries.push_back(at->path());
+  for (const fs::path& entry : entries) {
+    if (!problem && fs::is_directory(fs::symlink_status(entry))) problem = emptyRun(entry);
+    if (!problem) fs::remove(entry, problem);
+  }
+  if (!problem) fs::remove(folder / kRunMark, problem);
+  return problem;
+}
+
+Result<void> clearEarlierRun(const std::string& out, bool overwrite) {
+  std::error_code problem;
+  if (!fs::exists(fs::path(out) / kRunMark, problem))
+    return Error{ErrorCode::kWrongUse, "--out " + out + ": folder is not empty and holds no earlier run"};
+  bool holds_run = false;
+  std::vector<std::string> runs = {out};
+  for (fs::directory_iterator at(out, problem), end; !problem && at != end; at.increment(problem))
+    if (isFolder(*at) && fs::exists(at->path() / kRunMark, problem)) runs.push_back(at->path().string());
+  for (const std::string& earlier : runs) {
+    holds_run = holds_run || fs::exists(earlier + "/report.json", problem);
+    if (!fs::exists(storePathOf(earlier), problem)) continue;
+    holds_run = true;
+    if (auto free = StoreLock::take(storePathOf(earlier)); !free) return free.error();
+  }
+  if (holds_run && !overwrite)
+    return Error{ErrorCode::kWrongUse, "--out " + out + ": holds a run already; choose another folder or --overwrite"};
+  const auto foreign = foreignIn(out);
+  if (!foreign) return foreign.error();
+  if (!foreign->empty())
+    return Error{ErrorCode::kWrongUse, "--out " + out + ": holds " + foreign->string() +
+                                           ", which no run wrote; move it away, or choose another folder"};
+  if (const auto failed = emptyRun(out))
+    return Error{ErrorCode::kUnreachable, "--out " + out + ": cannot be emptied: " + failed.message()};
+  return {};
+}
 
 }  // namespace
 
 Result<void> prepareRunFolder(const std::string& out, bool overwrite) {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  if (fs::exists(out, error) && !fs::is_empty(out, error)) {
-    if (!fs::exists(out + kRunMark, error))
-      return Error{ErrorCode::kWrongUse, "--out " + out + ": folder is not empty and holds no earlier run"};
-    bool holds_run = false;
-    std::vector<std::string> runs = {out};
-    for (const auto& entry : fs::directory_iterator(out, error))
-      if (fs::exists(entry.path().string() + kRunMark, error)) runs.push_back(entry.path().string());
-    for (const std::string& earlier : runs) {
-      holds_run = holds_run || fs::exists(earlier + "/report.json", error);
-      if (!fs::exists(storePathOf(earlier), error)) continue;
-      holds_run = true;
-      if (auto free = StoreLock::take(storePathOf(earlier)); !free) return free.error();
-    }
-    if (holds_run && !overwrite)
-      return Error{ErrorCode::kWrongUse,
-                   "--out " + out + ": holds a run already; choose another folder or --overwrite"};
-    fs::remove_all(out, error);
+  if (out.empty()) return Error{ErrorCode::kWrongUse, "--out: is empty, expected a folder"};
+  std::error_code problem;
+  const auto status = fs::status(out, problem);
+  if (fs::exists(status) && !fs::is_directory(status))
+    return Error{ErrorCode::kWrongUse, "--out " + out + ": is there and is no folder"};
+  if (fs::exists(status)) {
+    const bool empty = fs::is_empty(out, problem);
+    if (problem) return Error{ErrorCode::kUnreachable, "--out " + out + ": cannot be listed: " + problem.message()};
+    if (!empty)
+      if (auto cleared = clearEarlierRun(out, overwrite); !cleared) return cleared;
   }
-  fs::create_directories(out, error);
-  std::ofstream mark(out + kRunMark);
-  mark << "A run of fleet replay; --overwrite may empty this folder.\n";
+  problem.clear();
+  fs::create_directories(out, problem);
+  if (problem) return Error{ErrorCode::kUnreachable, "--out " + out + ": cannot be made: " + problem.message()};
+  std::ofstream mark(fs::path(out) / kRunMark);
+  mark << "A run of fleet replay; --overwrite removes what the run wrote.\n";
   mark.close();
-  if (error || !mark) return Error{ErrorCode::kUnreachable, "--out " + out + ": cannot be made or written"};
+  if (!mark) return Error{ErrorCode::kUnreachable, "--out " + out + ": cannot be written"};
   return {};
 }
 

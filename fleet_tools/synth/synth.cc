@@ -29,6 +29,21 @@ std::string robotName(int index) { return std::string(1, static_cast<char>('a' +
 // Rounded to the microsecond, as the lists write it.
 int64_t stampOf(int frame) { return kStart_ns + (int64_t{frame} * 1'000'000 + 15) / 30 * 1000; }
 
+// What was written for one robot, and nothing that somebody put beside it.
+void removeRecording(const fs::path& folder) {
+  std::error_code problem;
+  for (const auto& [pictures, extension] : {std::pair("rgb", ".jpg"), std::pair("depth", ".png")}) {
+    std::vector<fs::path> written;
+    for (const auto& entry : fs::directory_iterator(folder / pictures, problem))
+      if (entry.path().extension() == extension) written.push_back(entry.path());
+    for (const fs::path& picture : written) fs::remove(picture, problem);
+    fs::remove(folder / pictures, problem);
+  }
+  for (const char* name : {"rgb.txt", "depth.txt", "associations.txt", "groundtruth.txt", "calibration.txt"})
+    fs::remove(folder / name, problem);
+  fs::remove(folder, problem);
+}
+
 Result<void> prepareFolder(const SynthOptions& options) {
   const fs::path out(options.out);
   std::error_code problem;
@@ -42,7 +57,7 @@ Result<void> prepareFolder(const SynthOptions& options) {
       return Error{ErrorCode::kWrongUse,
                    options.out + ": is not empty and not an earlier synthetic data set; " + "choose another folder"};
     }
-    for (char name = 'a'; name <= 'z'; ++name) fs::remove_all(out / std::string(1, name), problem);
+    for (char name = 'a'; name <= 'z'; ++name) removeRecording(out / std::string(1, name));
     fs::remove(out / "surface.ply", problem);
   }
   for (int robot = 0; robot < options.robots; ++robot) {
