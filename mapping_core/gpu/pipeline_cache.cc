@@ -1,5 +1,6 @@
 #include "mapping_core/gpu/pipeline_cache.h"
 
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -7,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <span>
 
 namespace comap::gpu {
 namespace {
@@ -14,6 +16,42 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr uintmax_t kMostBytes = uintmax_t{64} << 20;
+
+// Before what the driver gave: drivers take whatever follows their own header for good.
+struct Seal {
+  char mark[8] = {'c', 'o', 'm', 'a', 'p', 'k', 'c', '1'};
+  uint64_t bytes = 0;
+  uint64_t checksum = 0;
+};
+
+// FNV-1a.
+uint64_t checksumOf(std::span<const char> data) {
+  uint64_t sum = 0xcbf29ce484222325u;
+  for (const char byte : data) sum = (sum ^ static_cast<uint8_t>(byte)) * 0x100000001b3u;
+  return sum;
+}
+
+Seal sealOf(std::span<const char> data) {
+  Seal seal;
+  seal.bytes = data.size();
+  seal.checksum = checksumOf(data);
+  return seal;
+}
+
+// What is under a seal that holds; else why there is none.
+Result<std::vector<char>> unseal(const std::vector<char>& file) {
+  Seal seal;
+  if (file.size() < sizeof(seal)) return Error{ErrorCode::kBadData, "is cut off"};
+  std::memcpy(&seal, file.data(), sizeof(seal));
+  std::vector<char> data(file.begin() + sizeof(seal), file.end());
+  const Seal expected = sealOf(data);
+  if (std::memcmp(&seal.mark, &expected.mark, sizeof(seal.mark)) != 0) {
+    return Error{ErrorCode::kBadData, "was written by another program or version"};
+  }
+  if (seal.bytes != expected.bytes) return Error{ErrorCode::kBadData, "is cut off"};
+  if (seal.checksum != expected.checksum) return Error{ErrorCode::kBadData, "does not match its checksum"};
+  return data;
+}
 
 // By the header that all drivers write: its vendor, device and cache UUID are in the name and compared with the
 // content.
@@ -47,18 +85,35 @@ std::string defaultCacheDirectory() {
   return {};
 }
 
-Result<void> openPipelineCache(Context& context) {
-  std::vector<char> data;
-  if (!context.options.cache_directory.empty()) {
-    std::error_code problem;
-    const fs::path path = pathOf(context);
-    const auto size = fs::file_size(path, problem);
-    if (!problem && size <= kMostBytes) {
-      std::ifstream file(path, std::ios::binary);
-      data.assign(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
-    }
-    if (!isOfDevice(data, context.physical.properties)) data.clear();
+namespace {
+
+// Empty if there is none, or none that can be used: that only costs time.
+std::vector<char> readCache(const Context& context) {
+  if (context.options.cache_directory.empty()) return {};
+  std::error_code problem;
+  const fs::path path = pathOf(context);
+  const auto size = fs::file_size(path, problem);
+  if (problem) return {};
+  std::vector<char> file;
+  if (size <= kMostBytes) {
+    std::ifstream stream(path, std::ios::binary);
+    file.assign(std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>());
   }
+  auto data = unseal(file);
+  if (data && !isOfDevice(*data, context.physical.properties)) {
+    data = Error{ErrorCode::kBadData, "is of another device or driver"};
+  }
+  if (!data) {
+    spdlog::info("{} {}: kernels are compiled anew", path.string(), data.error().text);
+    return {};
+  }
+  return std::move(*data);
+}
+
+}  // namespace
+
+Result<void> openPipelineCache(Context& context) {
+  std::vector<char> data = readCache(context);
   VkPipelineCacheCreateInfo info{VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO};
   info.initialDataSize = data.size();
   info.pInitialData = data.empty() ? nullptr : data.data();
@@ -86,6 +141,9 @@ void savePipelineCache(const Context& context) {
   fs::create_directories(context.options.cache_directory, problem);
   const fs::path path = pathOf(context), part = path.string() + "." + std::to_string(::getpid());
   std::ofstream file(part, std::ios::binary);
+  data.resize(size);
+  const Seal seal = sealOf(data);
+  file.write(reinterpret_cast<const char*>(&seal), sizeof(seal));
   file.write(data.data(), static_cast<std::streamsize>(size));
   file.close();
   if (file) fs::rename(part, path, problem);

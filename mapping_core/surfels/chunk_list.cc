@@ -15,12 +15,6 @@ constexpr uint32_t kGapShare = 8;
 
 }  // namespace
 
-Eigen::AlignedBox3f boundsOf(const std::vector<std::array<float, 4>>& places) {
-  Eigen::AlignedBox3f bounds;
-  for (const auto& place : places) bounds.extend(Eigen::Vector3f(place[0], place[1], place[2]));
-  return bounds;
-}
-
 std::vector<ChunkRows> rowsOf(const std::vector<SurfelChunk*>& chunks) {
   std::vector<ChunkRows> rows;
   for (SurfelChunk* chunk : chunks) rows.push_back({&chunk->streams, chunk->rows});
@@ -40,7 +34,7 @@ size_t ChunkList::firstCapacity() const {
 Result<std::vector<SurfelChunk*>> ChunkList::chunksInView(const FramePush& frame, float farthest, float margin_px) {
   std::vector<SurfelChunk*> seen;
   for (const auto& chunk : chunks) {
-    if (chunk->rows == 0 || !mayBeInView(chunk->bounds, frame, farthest, margin_px)) continue;
+    if (chunk->rows == 0 || !chunk->bounds.mayBeInView(frame, farthest, margin_px)) continue;
     if (auto done = pool->need(*chunk); !done) return done.error();
     seen.push_back(chunk.get());
   }
@@ -53,11 +47,15 @@ Result<std::vector<SurfelChunk*>> ChunkList::makeRoom(size_t count) {
     if (!made) return made.error();
     chunks.push_back(std::move(*made));
   }
-  SurfelChunk& last = *chunks.back();
-  const size_t wanted = std::min(last.rows + count, kChunkSurfels);
-  if (auto done = pool->grow(last, std::max(last.capacity, std::bit_ceil(wanted))); !done) return done.error();
-  std::vector<SurfelChunk*> targets{&last};
-  for (size_t room = last.capacity - last.rows; room < count; room += kChunkSurfels) {
+  std::vector<SurfelChunk*> targets;
+  size_t room = 0;
+  if (SurfelChunk& last = *chunks.back(); last.rows < kChunkSurfels) {
+    const size_t wanted = std::min(last.rows + count, kChunkSurfels);
+    if (auto done = pool->grow(last, std::max(last.capacity, std::bit_ceil(wanted))); !done) return done.error();
+    targets.push_back(&last);
+    room = last.capacity - last.rows;
+  }
+  for (; room < count; room += kChunkSurfels) {
     auto made = pool->makeChunk(kChunkSurfels);
     if (!made) return made.error();
     chunks.push_back(std::move(*made));
@@ -82,9 +80,9 @@ Result<void> ChunkList::tidy() {
     SurfelChunk &into = *chunks[i - 1], &from = *chunks[i];
     if (into.away || from.away || into.rows + from.rows > into.capacity) continue;
     if (auto done = copyRows(pool->context, from.streams, from.rows, into.streams, into.rows); !done) return done;
+    into.bounds.extend(from.bounds);
     into.rows += from.rows;
     into.gaps += from.gaps;
-    into.bounds.extend(from.bounds);
     from.rows = 0;
     break;
   }
@@ -115,31 +113,43 @@ Result<FusionReport> ChunkList::fuse(const FusionInput& input, const SeenStep* t
   const FramePush frame = framePush(camera, T_map_cam, parameters);
   const auto seen = chunksInView(frame, parameters.depth_max_m + 1, 1);
   if (!seen) return seen.error();
-  const auto targets = makeRoom(mostInsertions(camera));
-  if (!targets) return targets.error();
   if (auto done = pool->maps.reserve(pool->context, depth.size()); !done) return done.error();
   if (auto done = pool->maps.upload(colour, depth, depth_hits, parameters); !done) return done.error();
 
-  const auto seen_rows = rowsOf(*seen), target_rows = rowsOf(*targets);
-  auto counts = fuseKeyframe(pool->context, pool->kernels, pool->maps, pool->scratch, parameters,
-                             {frame, seen_rows, target_rows, owner, contributor, times});
+  const auto seen_rows = rowsOf(*seen);
+  const FusionStep step{frame, seen_rows, owner, contributor, times};
+  auto counts = fuseKeyframe(pool->context, pool->kernels, pool->maps, pool->scratch, parameters, step);
   if (!counts) return counts.error();
   FusionReport report{counts->updated, counts->inserted, 0, 0};
   for (size_t i = 0; i < seen->size(); ++i) {
     (*seen)[i]->gaps += counts->removed[i];
     report.removed += counts->removed[i];
   }
-  const Eigen::AlignedBox3f view = viewBounds(frame, parameters.depth_max_m);
-  uint32_t left = counts->inserted;
-  for (SurfelChunk* target : *targets) {
-    const uint32_t taken = std::min(left, static_cast<uint32_t>(target->capacity) - target->rows);
-    target->rows += taken;
-    left -= taken;
-    if (taken > 0) target->bounds.extend(view);
+  if (counts->inserted > 0) {
+    if (auto done = insert(step, counts->inserted); !done) return done.error();
   }
   if (auto done = tidy(); !done) return done.error();
   report.total = static_cast<uint32_t>(size());
   return report;
+}
+
+// In a step of its own: what is in view may leave to make room for what is new.
+Result<void> ChunkList::insert(const FusionStep& step, uint32_t count) {
+  pool->beginStep();
+  const auto targets = makeRoom(count);
+  if (!targets) return targets.error();
+  if (auto done = insertNew(pool->context, pool->kernels, pool->maps, pool->scratch, step, rowsOf(*targets)); !done) {
+    return done;
+  }
+  const Eigen::AlignedBox3f view = viewBounds(step.frame, parameters.depth_max_m);
+  uint32_t left = count;
+  for (SurfelChunk* target : *targets) {
+    const uint32_t taken = std::min(left, static_cast<uint32_t>(target->capacity) - target->rows);
+    if (taken > 0) target->bounds.extend(view);
+    target->rows += taken;
+    left -= taken;
+  }
+  return {};
 }
 
 Result<PredictedView> ChunkList::predict(const CameraModel& camera, const Pose& T_map_cam,

@@ -18,7 +18,6 @@ struct FusionInput {
   uint32_t owner = 0, contributor = 0;
 };
 
-Eigen::AlignedBox3f boundsOf(const std::vector<std::array<float, 4>>& places);
 std::vector<ChunkRows> rowsOf(const std::vector<SurfelChunk*>& chunks);
 
 /// Thread rule: as the pool's.
@@ -39,6 +38,7 @@ struct ChunkList {
                                 const SeenStep* times);
 
  private:
+  Result<void> insert(const FusionStep& step, uint32_t count);
   size_t firstCapacity() const;
   void dropEmpty();
   Result<void> tidy();

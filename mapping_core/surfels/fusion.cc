@@ -5,10 +5,6 @@
 
 namespace comap {
 
-size_t mostInsertions(const CameraModel& camera) {
-  return static_cast<size_t>((camera.width + 1) / 2) * static_cast<size_t>((camera.height + 1) / 2);
-}
-
 Result<void> FusionScratch::reserve(gpu::Context& context, std::span<const ChunkRows> rows, size_t items) {
   if (visible.size() < rows.size()) visible.resize(rows.size());
   for (size_t i = 0; i < rows.size(); ++i) {
@@ -32,6 +28,9 @@ Result<void> FusionScratch::reserve(gpu::Context& context, std::span<const Chunk
 }
 
 namespace {
+
+// Pixels that may start a surfel.
+uint32_t candidatesOf(const FramePush& frame) { return ((frame.width + 1) / 2) * ((frame.height + 1) / 2); }
 
 // What a timed map does besides: the camera's time for what it updated, and an end to what nobody confirms.
 void recordStamps(gpu::Recorder& recorder, const KeyframeMaps& maps, const FusionScratch& scratch,
@@ -58,7 +57,7 @@ Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& ke
                                   FusionScratch& scratch, const FusionParameters& parameters, const FusionStep& step) {
   const FramePush& frame = step.frame;
   const size_t pixels = size_t{frame.width} * frame.height;
-  const uint32_t candidates = ((frame.width + 1) / 2) * ((frame.height + 1) / 2);
+  const uint32_t candidates = candidatesOf(frame);
   const uint32_t blocks = gpu::groupsFor(candidates, kBlockItems);
   size_t all = 0;
   for (const ChunkRows& rows : step.seen) all += rows.count;
@@ -69,8 +68,8 @@ Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& ke
   }
   if (auto done = scratch.reserve(context, step.seen, candidates); !done) return done.error();
   const auto chunks = static_cast<uint32_t>(step.seen.size());
-  auto recorder = gpu::Recorder::begin(
-      context, static_cast<uint32_t>(8 + (5 + VisibleList::kDispatches) * step.seen.size() + 2 * step.targets.size()));
+  auto recorder =
+      gpu::Recorder::begin(context, static_cast<uint32_t>(8 + (5 + VisibleList::kDispatches) * step.seen.size()));
   if (!recorder) return recorder.error();
 
   maps.recordMeasure(*recorder, kernels, frame);
@@ -112,21 +111,6 @@ Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& ke
   recorder->dispatch(*kernels.count_new, {&maps.measurements, &maps.covered, &scratch.blocks},
                      CountNewPush{{frame}, candidates}, blocks);
   recorder->dispatch(*kernels.scan_blocks, {&scratch.blocks, &scratch.counters}, ScanBlocksPush{blocks, 2 * chunks}, 1);
-  uint32_t start = 0;  // of the new surfels, counted from the target's first row
-  for (const ChunkRows& target : step.targets) {
-    start += target.count;
-    const auto capacity = static_cast<uint32_t>(target.streams->capacity);
-    recorder->dispatch(*kernels.insert,
-                       {&maps.measurements, &maps.covered, &scratch.blocks, &maps.colours, &target.streams->places,
-                        &target.streams->shapes, &target.streams->looks, &target.streams->records},
-                       InsertPush{{frame}, candidates, start, capacity, step.owner, step.contributor}, blocks);
-    if (step.times) {
-      const SeenFilter& now = step.times->filter;
-      recorder->dispatch(*step.times->kernels->stamp_new, {&scratch.counters, &target.streams->times},
-                         StampNewPush{candidates, 2 * chunks, start, capacity, now.camera, now.tick}, blocks);
-    }
-    start -= capacity;
-  }
   if (auto done = recorder->submit(); !done) return done.error();
   noteBoxes(step.seen);
   noteFusion(step.seen);
@@ -140,6 +124,32 @@ Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& ke
   }
   counts.inserted = read->back();
   return counts;
+}
+
+Result<void> insertNew(gpu::Context& context, const SurfelKernels& kernels, const KeyframeMaps& maps,
+                       const FusionScratch& scratch, const FusionStep& step, std::span<const ChunkRows> targets) {
+  const FramePush& frame = step.frame;
+  const uint32_t candidates = candidatesOf(frame), blocks = gpu::groupsFor(candidates, kBlockItems);
+  auto recorder = gpu::Recorder::begin(context, static_cast<uint32_t>(2 * targets.size() + 1));
+  if (!recorder) return recorder.error();
+  uint32_t start = 0;  // of the new surfels, counted from the target's first row
+  for (const ChunkRows& target : targets) {
+    start += target.count;
+    const auto capacity = static_cast<uint32_t>(target.streams->capacity);
+    recorder->dispatch(*kernels.insert,
+                       {&maps.measurements, &maps.covered, &scratch.blocks, &maps.colours, &target.streams->places,
+                        &target.streams->shapes, &target.streams->looks, &target.streams->records},
+                       InsertPush{{frame}, candidates, start, capacity, step.owner, step.contributor}, blocks);
+    if (step.times) {
+      const SeenFilter& now = step.times->filter;
+      recorder->dispatch(
+          *step.times->kernels->stamp_new, {&scratch.counters, &target.streams->times},
+          StampNewPush{candidates, 2 * static_cast<uint32_t>(step.seen.size()), start, capacity, now.camera, now.tick},
+          blocks);
+    }
+    start -= capacity;
+  }
+  return recorder->submit();
 }
 
 }  // namespace comap

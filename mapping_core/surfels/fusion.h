@@ -28,18 +28,20 @@ struct FusionCounts {
 
 struct FusionStep {
   FramePush frame;
-  std::span<const ChunkRows> seen;     ///< chunks that may hold something in view
-  std::span<const ChunkRows> targets;  ///< where new surfels go, in order; together with room for mostInsertions()
+  std::span<const ChunkRows> seen;  ///< chunks that may hold something in view
   uint32_t owner = 0;
   uint32_t contributor = 0;
   const SeenStep* times = nullptr;  ///< of a timed map: whose surfels take part, and who sees them now
 };
 
-/// Most surfels one keyframe can add.
-size_t mostInsertions(const CameraModel& camera);
-
-/// `maps` holds the uploaded images. kOutOfMemory if more than kMostSurfels rows are in `seen`.
+/// Updates and removes what is there, and counts what is to be inserted. `maps` holds the uploaded images.
+/// kOutOfMemory if more than kMostSurfels rows are in `seen`.
 Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& kernels, KeyframeMaps& maps,
                                   FusionScratch& scratch, const FusionParameters& parameters, const FusionStep& step);
+
+/// Inserts what fuseKeyframe() has just counted, with the same maps, scratch and step. `targets`: where new surfels go,
+/// in order, behind the rows in use; together with room for all.
+Result<void> insertNew(gpu::Context& context, const SurfelKernels& kernels, const KeyframeMaps& maps,
+                       const FusionScratch& scratch, const FusionStep& step, std::span<const ChunkRows> targets);
 
 }  // namespace comap

@@ -79,7 +79,8 @@ Result<void> SurfelMap::moveOwners(std::span<const Pose> T_new_old) {
     if (auto done = recorder->submit(); !done) return done;
     const auto places = streams.places.read<std::array<float, 4>>(chunk->rows);
     if (!places) return places.error();
-    chunk->bounds = boundsOf(*places);
+    chunk->bounds = {};
+    chunk->bounds.extend(*places);
   }
   return {};
 }
@@ -113,8 +114,8 @@ Result<void> SurfelMap::append(std::span<const Surfel> surfels) {
     if (auto done = s.pool->grow(chunk, std::max(chunk.capacity, std::bit_ceil(chunk.rows + room))); !done) return done;
     const StreamRows rows = pack(surfels.first(room));
     if (auto done = writeRows(chunk.streams, rows, chunk.rows); !done) return done;
+    chunk.bounds.extend(rows.places);
     chunk.rows += static_cast<uint32_t>(room);
-    chunk.bounds.extend(boundsOf(rows.places));
     surfels = surfels.subspan(room);
   }
   return {};

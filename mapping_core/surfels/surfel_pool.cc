@@ -188,6 +188,10 @@ Result<void> SurfelPool::compact(SurfelChunk& chunk) {
   giveBack(std::exchange(chunk.streams, std::move(*target)));
   chunk.rows = *left;
   chunk.gaps = 0;
+  const auto places = chunk.streams.places.read<std::array<float, 4>>(chunk.rows);
+  if (!places) return places.error();
+  chunk.bounds = {};
+  chunk.bounds.extend(*places);
   return {};
 }
 

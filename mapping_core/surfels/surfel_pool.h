@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 
+#include "mapping_core/surfels/chunk_bounds.h"
 #include "mapping_core/surfels/fusion.h"
 #include "mapping_core/surfels/prediction.h"
 
@@ -34,9 +35,9 @@ struct SurfelChunk {
   SurfelStreams streams;  ///< of capacity 0 while the chunk is away
   uint32_t rows = 0;      ///< in use, gaps included
   uint32_t gaps = 0;
-  Eigen::AlignedBox3f bounds;  ///< of the rows' positions, to the decimetre
-  size_t capacity = 0;         ///< also while away
-  uint64_t used = 0;           ///< when it was last needed, by the pool's clock
+  ChunkBounds bounds;   ///< of the rows' positions, to the decimetre
+  size_t capacity = 0;  ///< also while away
+  uint64_t used = 0;    ///< when it was last needed, by the pool's clock
   std::unique_ptr<std::FILE, CloseFile> away;
 };
 

@@ -54,7 +54,8 @@ Result<void> TimedSurfelMap::rewrite(const std::function<void(TimedSurfel& surfe
       rows->times[row++] = surfel.seen;
     }
     if (auto done = writeRows(chunk->streams, *rows, 0); !done) return done;
-    chunk->bounds = boundsOf(rows->places);
+    chunk->bounds = {};
+    chunk->bounds.extend(rows->places);
   }
   return {};
 }

@@ -116,6 +116,21 @@ TEST(Device, KeepsCompiledKernelsForTheNext) {
     EXPECT_GE(std::filesystem::file_size(path), 32u);
     EXPECT_EQ(files().size(), 1u);
   }
+  // One damaged byte, wherever it is, and bytes too many: a driver would take them for good.
+  const auto content = [&] {
+    std::ifstream file(path, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const std::string whole = content();
+  for (size_t at = 0; at <= whole.size(); at += 5) {
+    std::string damaged = whole;
+    if (at < whole.size()) damaged[at] = static_cast<char>(damaged[at] ^ 0x10);
+    if (at == whole.size()) damaged += "more";
+    std::ofstream(path, std::ios::binary) << damaged;
+    ASSERT_TRUE(gpu::Device::create(options));
+    EXPECT_NE(content(), damaged) << "byte " << at;
+  }
+  EXPECT_EQ(content(), whole);
   options.cache_directory = "/proc/nowhere";
   EXPECT_TRUE(gpu::Device::create(options));
   std::filesystem::remove_all(folder);

@@ -153,9 +153,10 @@ TEST(Fusion, MatchesOracleKeyframeByKeyframe) {
                                                   frame.depth, hitsOf(k), k, 1u << (k % 2));
     ASSERT_TRUE(maps.upload(frame.colour, frame.depth, hitsOf(k), p));
     const ChunkRows rows[] = {{&*streams, count}};
-    const FusionStep step{framePush(kCamera, T_map_cam, p), rows, rows, k, 1u << (k % 2)};
+    const FusionStep step{framePush(kCamera, T_map_cam, p), rows, k, 1u << (k % 2)};
     const auto counts = fuseKeyframe(context, *kernels, maps, scratch, p, step);
     ASSERT_TRUE(counts) << counts.error().text;
+    ASSERT_TRUE(insertNew(context, *kernels, maps, scratch, step, rows));
     count += counts->inserted;
 
     const uint32_t slack = 20 + expected.total / 200;

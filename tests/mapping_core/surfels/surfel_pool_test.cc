@@ -49,7 +49,8 @@ TEST(SurfelPool, MapLargerThanItsMemoryIsWhole) {
   std::vector<Pose> motions(2);
   motions[1] = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, 0.01));
   ASSERT_TRUE(away.moveOwners(motions) && here.moveOwners(motions));
-  for (const double x : {0.5, 1500.0, 700.0, 10.0}) {
+  // At 524 m two chunks meet: they are all that fits, and new surfels go into another.
+  for (const double x : {0.5, 1500.0, 524.0, 700.0, 10.0}) {
     const auto a = away.predict(kCamera, above(x), {}), b = here.predict(kCamera, above(x), {});
     ASSERT_TRUE(a) << a.error().text;
     ASSERT_TRUE(b);
@@ -110,6 +111,30 @@ TEST(SurfelPool, MapsShareWhatOthersGiveBack) {
     EXPECT_EQ((*pool)->bytes(), bytes);
   }
   EXPECT_EQ(bytes, 2 * (size_t{1} << 14) * 56);
+}
+
+TEST(ChunkBounds, WhatLiesBetweenTwoPlacesIsInNeither) {
+  const auto frameAt = [](double x) { return framePush(kCamera, Pose(Eigen::Quaterniond::Identity(), {x, 0, 0}), {}); };
+  const auto boxAt = [](float x) {
+    return Eigen::AlignedBox3f(Eigen::Vector3f(x - 1, -1, 2), Eigen::Vector3f(x + 1, 1, 4));
+  };
+  ChunkBounds bounds;
+  EXPECT_FALSE(bounds.mayBeInView(frameAt(0), 5, 1));
+  for (int i = 0; i < 50; ++i) {
+    bounds.extend(boxAt(0.02f * static_cast<float>(i)));
+    bounds.extend(boxAt(100 + 0.02f * static_cast<float>(i)));
+  }
+  EXPECT_EQ(bounds.parts(), 2u);
+  EXPECT_TRUE(bounds.mayBeInView(frameAt(0), 5, 1));
+  EXPECT_TRUE(bounds.mayBeInView(frameAt(101), 5, 1));
+  EXPECT_FALSE(bounds.mayBeInView(frameAt(50), 5, 1));
+  ChunkBounds joined;
+  joined.extend({{0, 0, 3, 1}, {50, 0, 3, -1}, {0.1f, 0, 3, 2}});  // the second is a gap
+  EXPECT_FALSE(joined.mayBeInView(frameAt(50), 5, 1));
+  joined.extend(bounds);
+  EXPECT_TRUE(joined.mayBeInView(frameAt(0), 5, 1));
+  EXPECT_TRUE(joined.mayBeInView(frameAt(100), 5, 1));
+  EXPECT_FALSE(joined.mayBeInView(frameAt(50), 5, 1));
 }
 
 TEST(ViewBounds, BoxesAroundTheCameraAreInViewOnlyWhereItLooks) {
