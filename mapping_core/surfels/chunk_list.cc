@@ -81,6 +81,7 @@ Result<void> ChunkList::tidy() {
     if (into.away || from.away || into.rows + from.rows > into.capacity) continue;
     if (auto done = copyRows(pool->context, from.streams, from.rows, into.streams, into.rows); !done) return done;
     into.bounds.extend(from.bounds);
+    into.owners.insert(from.owners.begin(), from.owners.end());
     into.rows += from.rows;
     into.gaps += from.gaps;
     from.rows = 0;
@@ -145,7 +146,10 @@ Result<void> ChunkList::insert(const FusionStep& step, uint32_t count) {
   uint32_t left = count;
   for (SurfelChunk* target : *targets) {
     const uint32_t taken = std::min(left, static_cast<uint32_t>(target->capacity) - target->rows);
-    if (taken > 0) target->bounds.extend(view);
+    if (taken > 0) {
+      target->bounds.extend(view);
+      target->owners.insert(step.owner);
+    }
     target->rows += taken;
     left -= taken;
   }

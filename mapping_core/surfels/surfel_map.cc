@@ -1,5 +1,6 @@
 #include "mapping_core/surfels/surfel_map.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <string>
@@ -12,6 +13,9 @@ namespace {
 bool isFinite(const Surfel& s) {
   return s.position.allFinite() && s.normal.allFinite() && std::isfinite(s.radius) && std::isfinite(s.confidence);
 }
+
+// Poses that a solver left where they were come back with their last bits rounded otherwise.
+bool isNone(const Pose& motion) { return (motion.matrix() - Eigen::Matrix4d::Identity()).cwiseAbs().maxCoeff() < 1e-9; }
 
 }  // namespace
 
@@ -66,7 +70,12 @@ Result<void> SurfelMap::moveOwners(std::span<const Pose> T_new_old) {
     pool.motions = std::move(*motions);
   }
   if (auto done = pool.motions.write(rows.data(), bytes); !done) return done;
+  std::vector<bool> moves(T_new_old.size());
+  for (size_t owner = 0; owner < moves.size(); ++owner) moves[owner] = !isNone(T_new_old[owner]);
   for (const auto& chunk : s.chunks) {
+    const auto& owners = chunk->owners;
+    const auto moved = [&](uint32_t owner) { return owner < moves.size() && moves[owner]; };
+    if (std::none_of(owners.begin(), owners.end(), moved)) continue;
     pool.beginStep();
     if (auto done = pool.need(*chunk); !done) return done;
     const SurfelStreams& streams = chunk->streams;
@@ -115,6 +124,7 @@ Result<void> SurfelMap::append(std::span<const Surfel> surfels) {
     const StreamRows rows = pack(surfels.first(room));
     if (auto done = writeRows(chunk.streams, rows, chunk.rows); !done) return done;
     chunk.bounds.extend(rows.places);
+    for (const Surfel& surfel : surfels.first(room)) chunk.owners.insert(surfel.owner);
     chunk.rows += static_cast<uint32_t>(room);
     surfels = surfels.subspan(room);
   }

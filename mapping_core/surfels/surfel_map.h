@@ -87,7 +87,8 @@ class SurfelMap {
   /// The map from a camera pose, by splatting discs.
   Result<PredictedView> predict(const CameraModel& camera, const Pose& T_map_cam, const PredictionOptions& options);
 
-  /// Moves each surfel with its owner: p <- T_new_old[owner] p. Owners beyond the span stay.
+  /// Moves each surfel with its owner: p <- T_new_old[owner] p. Owners beyond the span stay. Chunks of which nothing
+  /// moves are not looked at.
   Result<void> moveOwners(std::span<const Pose> T_new_old);
 
   /// All surfels in their order of creation.

@@ -35,9 +35,10 @@ struct SurfelChunk {
   SurfelStreams streams;  ///< of capacity 0 while the chunk is away
   uint32_t rows = 0;      ///< in use, gaps included
   uint32_t gaps = 0;
-  ChunkBounds bounds;   ///< of the rows' positions, to the decimetre
-  size_t capacity = 0;  ///< also while away
-  uint64_t used = 0;    ///< when it was last needed, by the pool's clock
+  std::set<uint32_t> owners;  ///< of all surfels, and maybe of some that are gone
+  ChunkBounds bounds;         ///< of the rows' positions, to the decimetre
+  size_t capacity = 0;        ///< also while away
+  uint64_t used = 0;          ///< when it was last needed, by the pool's clock
   std::unique_ptr<std::FILE, CloseFile> away;
 };
 

@@ -153,7 +153,7 @@ BENCHMARK(predict)
 
 void moveOwners(benchmark::State& state) {
   SurfelMap map = mapOf(state);
-  const std::vector<Pose> motions(1);
+  const std::vector<Pose> motions(1, Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, 1e-6)));
   (void)map.moveOwners(motions);
   const auto before = device().kernelTimes();
   for (auto _ : state) {
@@ -163,6 +163,26 @@ void moveOwners(benchmark::State& state) {
   reportShare(state, "move_owners", 80);
 }
 BENCHMARK(moveOwners)->Arg(1'000'000)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
+
+// What a graph correction of 10 of 1000 keyframes costs, made in the order of the surfels.
+void moveSome(benchmark::State& state) {
+  auto surfels = wallSurfels(static_cast<size_t>(state.range(0)));
+  for (size_t i = 0; i < surfels.size(); ++i) surfels[i].owner = static_cast<uint32_t>(i * 1000 / surfels.size());
+  auto map = SurfelMap::create(device(), {});
+  if (!map || !map->append(surfels)) {
+    std::fprintf(stderr, "no room for the map\n");
+    std::exit(3);
+  }
+  std::vector<Pose> motions(1000);
+  for (int i = 500; i < 510; ++i) motions[i] = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, 1e-3));
+  (void)map->moveOwners(motions);
+  const auto before = device().kernelTimes();
+  for (auto _ : state) {
+    if (!map->moveOwners(motions)) state.SkipWithError("move failed");
+  }
+  reportKernels(state, before);
+}
+BENCHMARK(moveSome)->Arg(4'000'000)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
 
 }  // namespace
 }  // namespace comap

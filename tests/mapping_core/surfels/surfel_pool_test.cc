@@ -113,6 +113,33 @@ TEST(SurfelPool, MapsShareWhatOthersGiveBack) {
   EXPECT_EQ(bytes, 2 * (size_t{1} << 14) * 56);
 }
 
+TEST(SurfelPool, WhatDoesNotMoveStaysAway) {
+  COMAP_DEVICE_OR_SKIP(device);
+  auto surfels = longFloor(3 * kChunkSurfels);
+  for (size_t i = 0; i < surfels.size(); ++i) surfels[i].owner = static_cast<uint32_t>(i / (kChunkSurfels / 2));
+  const auto pool = SurfelPool::create(device, kTwoChunks_bytes);
+  ASSERT_TRUE(pool);
+  SurfelMap map(*pool, {});
+  ASSERT_TRUE(map.append(surfels));
+  const auto before = map.download();
+  std::vector<Pose> motions(6, Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(1e-12, 0, 0)));
+  ASSERT_TRUE(map.predict(kCamera, above(1500), {}));  // the last is here
+  for (const uint32_t owner : {5u, 0u}) {
+    motions[owner] = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 1, 0));
+    const size_t away = (*pool)->chunksAway();
+    ASSERT_TRUE(map.moveOwners(motions));
+    EXPECT_EQ((*pool)->chunksAway(), away);
+    motions[owner] = Pose();
+  }
+  const auto after = map.download();
+  ASSERT_TRUE(before && after);
+  for (size_t i = 0; i < surfels.size(); i += 1000) {
+    const uint32_t owner = surfels[i].owner;
+    const Eigen::Vector3f moved = (*after)[i].position - (*before)[i].position;
+    ASSERT_FLOAT_EQ(moved.y(), owner == 0 || owner == 5 ? 1.0f : 0.0f) << i;
+  }
+}
+
 TEST(ChunkBounds, WhatLiesBetweenTwoPlacesIsInNeither) {
   const auto frameAt = [](double x) { return framePush(kCamera, Pose(Eigen::Quaterniond::Identity(), {x, 0, 0}), {}); };
   const auto boxAt = [](float x) {
