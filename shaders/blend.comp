@@ -1,7 +1,7 @@
 // For pictures: adds up what the discs of the front surface show at each pixel, weighted by nearness to their centres.
 // Sums are of whole numbers, so that order does not matter. Reads place, shape, look and the first pass's depths;
 // adds to two sums per pixel: colour times weight and weight (255 at a centre), normal in the camera's frame times
-// weight. One item = one visible surfel.
+// weight and confidence times weight. One item = one visible surfel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "common/texels.glsl"
@@ -32,7 +32,9 @@ const float kFalloff = 3.0;  // weight exp(-3) at the rim
 
 void visit(uint item) {
   uint i = visibleSurfel(item);
-  Disc disc = discOf(fetch(places, i), fetch(shapes, i));
+  vec4 place = fetch(places, i);
+  Disc disc = discOf(place, fetch(shapes, i));
+  int confidence = int(min(place.w, 255.0) * 16.0 + 0.5);
   uvec3 colour = uvec3(clamp((colourOf(fetch(looks, i)) + 128.0) / 256.0, 0.0, 255.0));
   int last = disc.visible ? disc.high.y : -1;
   for (int y = disc.low.y; y <= last; ++y) {
@@ -50,6 +52,7 @@ void visit(uint item) {
           atomicAdd(normal_sums[4u * pixel + k], normal[k]);
         }
         atomicAdd(colour_sums[4u * pixel + 3u], whole);
+        atomicAdd(normal_sums[4u * pixel + 3u], confidence * int(whole));
       }
     }
   }

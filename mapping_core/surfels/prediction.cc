@@ -59,6 +59,7 @@ Result<void> readBlend(const PredictionBuffers& buffers, PredictedView& view) {
     const auto mean = [&](uint32_t channel) { return static_cast<uint8_t>((channel + sum[3] / 2) / sum[3]); };
     view.colour.data()[i] = {mean(sum[0]), mean(sum[1]), mean(sum[2])};
     const auto& n = (*normals)[i];
+    view.confidence.data()[i] = static_cast<float>(n[3]) / (16.0f * static_cast<float>(sum[3]));
     const Eigen::Vector3f normal(static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2]));
     if (normal.norm() > 1) view.normal.data()[i] = normal.normalized();
   }

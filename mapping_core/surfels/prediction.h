@@ -14,7 +14,7 @@ struct PredictionBuffers {
   gpu::Buffer surface;               ///< vec4 per pixel: normal in the camera's frame, depth
   gpu::Buffer appearance;            ///< uvec4 per pixel: colour, confidence bits, contributors, rank
   gpu::Buffer colour_sums;           ///< four u32 per pixel; only for blended views
-  gpu::Buffer normal_sums;           ///< four i32 per pixel
+  gpu::Buffer normal_sums;           ///< four i32 per pixel, the last of confidence
   std::vector<VisibleList> visible;  ///< one per chunk in view
   size_t pixels = 0, blended_pixels = 0;
 

@@ -57,7 +57,7 @@ struct PredictionOptions {
   float min_confidence = 0;  ///< surfels below are left out
   float max_depth_m = 20;
   bool both_sides = false;  ///< also discs seen from behind (for pictures); tracking wants false
-  /// Colour and normal are the weighted mean of all discs of the front surface, instead of the nearest disc's: smooth,
+  /// Colour, normal and confidence are the weighted mean of all discs of the front surface, instead of the nearest disc's: smooth,
   /// for pictures.
   bool blend = false;
 };

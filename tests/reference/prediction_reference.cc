@@ -63,4 +63,30 @@ PredictedView predict(const View& view, const std::vector<Surfel>& surfels, cons
   return seen;
 }
 
+Blend blend(const View& view, const std::vector<Surfel>& surfels, const PredictionOptions& options) {
+  const CameraModel& camera = view.camera;
+  Blend mean{Image<Eigen::Vector3f>(camera.width, camera.height, Eigen::Vector3f::Zero()),
+             Image<float>(camera.width, camera.height, 0.0f)};
+  for (int y = 0; y < camera.height; ++y) {
+    for (int x = 0; x < camera.width; ++x) {
+      float front = std::numeric_limits<float>::infinity(), weights = 0;
+      for (const Surfel& s : surfels) {
+        if (const auto found = hit(view, s, x, y, options)) front = std::min(front, found->depth);
+      }
+      for (const Surfel& s : surfels) {
+        const auto found = hit(view, s, x, y, options);
+        if (!found || found->depth > front + view.gate(front)) continue;
+        const float weight = std::exp(-3 * found->relative);
+        mean.colour.at(x, y) += weight * Eigen::Vector3f(s.colour.r, s.colour.g, s.colour.b);
+        mean.confidence.at(x, y) += weight * s.confidence;
+        weights += weight;
+      }
+      if (!(weights > 0)) continue;
+      mean.colour.at(x, y) /= weights;
+      mean.confidence.at(x, y) /= weights;
+    }
+  }
+  return mean;
+}
+
 }  // namespace comap::reference

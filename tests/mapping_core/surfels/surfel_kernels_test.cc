@@ -300,5 +300,34 @@ TEST(Prediction, MatchesOracle) {
   EXPECT_EQ(validationText(device), "");
 }
 
+TEST(Blend, MatchesOracle) {
+  COMAP_DEVICE_OR_SKIP(device);
+  const CameraModel small{65.6, 65.6, 39.5, 29.5, 80, 60};
+  const FusionParameters p;
+  auto map = SurfelMap::create(device, p);
+  ASSERT_TRUE(map);
+  for (uint32_t k = 0; k < 2; ++k) {  // so that confidences differ
+    const Frame frame = noisyView(viewPose(static_cast<int>(k)), 3 + k);
+    ASSERT_TRUE(map->fuse(kCamera, frame.colour, frame.depth, viewPose(static_cast<int>(k)), k, 1));
+  }
+  const auto surfels = map->download();
+  PredictionOptions options{0.3f, 20, true};
+  options.blend = true;
+  const auto found = map->predict(small, viewPose(2), options);
+  ASSERT_TRUE(surfels && found);
+  const reference::Blend expected = reference::blend(reference::View(small, viewPose(2), p), *surfels, options);
+  size_t differ = 0, filled = 0;
+  for (size_t i = 0; i < expected.confidence.size(); ++i) {
+    if (!(expected.confidence.data()[i] > 0)) continue;
+    ++filled;
+    const Rgb c = found->colour.data()[i];
+    differ += std::abs(found->confidence.data()[i] - expected.confidence.data()[i]) > 0.05f ||
+              (Eigen::Vector3f(c.r, c.g, c.b) - expected.colour.data()[i]).cwiseAbs().maxCoeff() > 1.5f;
+  }
+  EXPECT_GT(filled, expected.confidence.size() / 2);
+  EXPECT_LE(differ, filled / 50 + 5);
+  EXPECT_EQ(validationText(device), "");
+}
+
 }  // namespace
 }  // namespace comap
