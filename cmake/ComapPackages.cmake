@@ -104,6 +104,7 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)  # of libraries: which package a program that links them needs
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
 set(debian ${PROJECT_SOURCE_DIR}/containers/debian)
@@ -137,7 +138,6 @@ set(CPACK_COMPONENT_ROBOT_DESCRIPTION "Pose and map of a robot of CoMap for its 
  Reads from the agent on the same robot where it is and which surfaces are
  around it.")
 set(CPACK_DEBIAN_ROBOT_PACKAGE_SECTION libs)
-set(CPACK_DEBIAN_ROBOT_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_ROBOT_DEV_PACKAGE_NAME libcomap-robot-dev)
 set(CPACK_COMPONENT_ROBOT_DEV_DESCRIPTION "Pose and map of a robot of CoMap for its other programs: development
  Headers for C and C++, and examples.")

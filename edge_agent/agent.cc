@@ -290,7 +290,7 @@ Result<void> Agent::handle(const Delivery& delivery) {
     case Topic::kTile: {
       auto tile = decodeTile(delivery.payload);
       if (!tile) return refuse(tile.error());
-      if (localizer_.put(std::move(*tile))) {
+      if (localizer_.put(std::move(*tile), delivery.payload)) {
         ++statistics_.tiles_received;
         statistics_.tile_bytes_received += delivery.payload.size();
       }

@@ -76,6 +76,9 @@ class Agent {
   /// Tells all how the robot does. `finished`: source ended and all keyframes acknowledged.
   void sendStatus(bool finished);
 
+  /// Tiles are kept on disk too. Call before hello().
+  void keepTiles(StoredTiles stored) { localizer_.keepTiles(std::move(stored)); }
+
   bool allAcknowledged() const { return sender_.waitingInAll() == 0; }  ///< of earlier sessions too
   uint32_t mappedBelow() const { return mapped_below_; }  ///< keyframes in the joint map: all before this sequence
   bool allMapped() const { return mapped_below_ >= statistics_.keyframes; }

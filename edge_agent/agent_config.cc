@@ -84,6 +84,7 @@ Result<AgentConfig> readAgentConfig(const std::string& path) {
   localizer.read("enabled", config.localizer.enabled);
   localizer.read("every_frames", config.localizer.every_frames, 1, 1000);
   localizer.read("memory_mb", config.localizer.memory_mb, 1, 100'000);
+  localizer.read("disk_mb", config.localizer.disk_mb, 0, 1'000'000);
   localizer.read("smooth_frames", config.localizer.smooth_frames, 1, 1000);
   config.localizer.registration.noise = config.odometry.alignment.noise;
   config.localizer.registration.view.depth_max_m = config.odometry.depth_max_m;
@@ -145,6 +146,7 @@ localizer:                      # what returned tiles are used for
   enabled: {}                 # register against them: bounds drift, finds a lost robot in what others have mapped
   every_frames: {}              # that are tracked well, a registration
   memory_mb: {}                # of tiles; beyond it the farthest are forgotten, and asked for again when near
+  disk_mb: {}                   # of tiles kept beside an outbox on disk, for a restart; 0: none
   smooth_frames: {}             # time constant of the pose that consumers see
 api:                            # pose and map for other programs on this robot, see docs/robot-api.md
   socket: {}                    # path of a socket that is made; empty: none
@@ -160,8 +162,8 @@ api:                            # pose and map for other programs on this robot,
              c.sender.send.resend_after.count(), c.sender.send.budget_bytes_per_s, c.sender.jpeg_quality, c.outbox.kind,
              yamlText(c.outbox.directory), c.outbox.quota_mb == kUnlimited_mb ? 0 : c.outbox.quota_mb,
              c.sender.thin_jpeg_quality, c.fern_seed, c.interest_radius_m, c.downlink_bytes_per_s, c.localizer.enabled,
-             c.localizer.every_frames, c.localizer.memory_mb, c.localizer.smooth_frames, yamlText(c.api.socket),
-             c.api.group, printCameraConfig(c.camera)) +
+             c.localizer.every_frames, c.localizer.memory_mb, c.localizer.disk_mb, c.localizer.smooth_frames,
+             yamlText(c.api.socket), c.api.group, printCameraConfig(c.camera)) +
          printTelemetryOptions(c.telemetry) + ros2::printRos2Options(c.ros2);
 }
 

@@ -86,6 +86,7 @@ AgentReport reportOf(const std::string& robot, const Agent& agent) {
   report.corrected_m_worst = l.corrected_m_worst;
   report.registration_ms_median = s.localizer_ms.quantile_ms(0.5);
   report.registration_ms_worst = s.localizer_ms.worst_ms();
+  report.tiles_from_disk = agent.tiles().fromDisk();
   report.tiles_forgotten = agent.tiles().forgotten();
   report.tiles_hash = agent.tiles().hash();
   if (agent.correction()) report.map = agent.correction()->map;
@@ -147,6 +148,7 @@ Result<void> AgentReportFile::finish(const AgentReport& r) {
                      {"registration_ms_median", r.registration_ms_median},
                      {"registration_ms_worst", r.registration_ms_worst},
                      {"tiles_forgotten", r.tiles_forgotten},
+                     {"tiles_from_disk", r.tiles_from_disk},
                      {"tiles_hash", r.tiles_hash},
                      {"map", r.map},
                      {"odometry_ms_median", r.odometry_ms_median},
@@ -194,6 +196,7 @@ Result<AgentReport> readAgentReport(const std::string& path) {
     r.registration_ms_median = json.at("registration_ms_median").get<double>();
     r.registration_ms_worst = json.at("registration_ms_worst").get<double>();
     r.tiles_forgotten = json.at("tiles_forgotten").get<uint64_t>();
+    r.tiles_from_disk = json.at("tiles_from_disk").get<uint64_t>();
     r.tiles_hash = json.at("tiles_hash").get<uint64_t>();
     r.map = json.at("map").get<std::string>();
     r.odometry_ms_median = json.at("odometry_ms_median").get<double>();

@@ -28,6 +28,7 @@ struct AgentReport {
   double corrected_m_mean = 0, corrected_m_worst = 0;  ///< how far a registration moved the live pose
   double registration_ms_median = 0, registration_ms_worst = 0;
   uint64_t tiles_forgotten = 0;  ///< for want of room
+  uint64_t tiles_from_disk = 0;  ///< that did not have to come over the link
   uint64_t tiles_hash = 0;       ///< of the tiles held, see TileHash
   MapId map;                     ///< the robot's map as it was last told; empty if never
   double odometry_ms_median = 0, odometry_ms_p95 = 0, odometry_ms_worst = 0;

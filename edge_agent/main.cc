@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -109,6 +110,17 @@ Result<std::unique_ptr<Link>> linkOf(const AgentConfig& config, const Arguments&
   return connectDds(config.link);
 }
 
+// Beside the outbox; a disk that does not take tiles is no reason not to start.
+StoredTiles storedTilesOf(const AgentConfig& config, const std::string& outbox_path, const CaptureLog& log) {
+  if (outbox_path.empty() || config.localizer.disk_mb == 0) return {};
+  const auto path = std::filesystem::path(outbox_path).replace_extension(".tiles").string();
+  const uint64_t quota_bytes = uint64_t{1'000'000} * static_cast<uint64_t>(config.localizer.disk_mb);
+  auto store = openTileStore(path, quota_bytes, log);
+  if (store) return {std::move(*store), quota_bytes, log};
+  log("tiles are not kept on disk: " + store.error().text);
+  return {};
+}
+
 int run(const Arguments& arguments) {
   auto config = configure(arguments);
   if (!config) return failWith(config.error());
@@ -167,6 +179,7 @@ int run(const Arguments& arguments) {
   if (arguments.realtime || live || arguments.offline)
     config->max_waiting_keyframes = std::numeric_limits<size_t>::max();
   Agent agent(*config, *session, std::move(*outbox), **source, **link, log, record);
+  agent.keepTiles(storedTilesOf(*config, outbox_path, log));
   RunOptions options{arguments.realtime, live, arguments.offline, arguments.patience_s, outbox_path};
   options.stopped = [] { return g_stop != 0; };
   options.tell = [&] {

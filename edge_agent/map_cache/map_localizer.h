@@ -21,6 +21,7 @@ struct LocalizerOptions {
   bool enabled = true;
   int every_frames = 5;                  ///< that are tracked well, a registration
   int memory_mb = 64;                    ///< of tiles
+  int disk_mb = 256;                     ///< of tiles, beside the outbox; 0: none
   double smooth_frames = 5;              ///< time constant of what consumers see
   double jump_m = 0.3, jump_rad = 0.26;  ///< what is not smoothed: the robot is somewhere else
   /// Registrations in a row that agree with each other but not with what is believed, until they are.
@@ -85,7 +86,9 @@ class MapLocalizer {
 
   /// The core's word. `mapped_below`: keyframes that it has mapped, for what the correction is about.
   void correct(const Correction& correction, uint32_t mapped_below);
-  bool put(Tile tile) { return cache_.put(std::move(tile)); }
+  bool put(Tile tile, std::span<const uint8_t> encoded = {}) { return cache_.put(std::move(tile), encoded); }
+  /// Keeps tiles on disk too.
+  void keepTiles(StoredTiles stored) { cache_.keep(std::move(stored)); }
 
   LivePose live() const;
   /// Where a keyframe made now should say it is, if the core does not know: see Keyframe::believed.
