@@ -20,6 +20,14 @@ SenderOptions senderOptions(const AgentConfig& config) {
   return options;
 }
 
+// Only for a trace. Names of maps hold nothing that JSON would have to escape.
+void noteHeld(const TileKey& key, uint64_t revision) {
+  if (!StageClock::process().traces()) return;
+  StageClock::process().note("tile held", "{\"map\":\"" + key.map + "\",\"tile\":[" + std::to_string(key.x) + "," +
+                                              std::to_string(key.y) + "," + std::to_string(key.z) +
+                                              "],\"revision\":" + std::to_string(revision) + "}");
+}
+
 }  // namespace
 
 Agent::Agent(const AgentConfig& config, uint64_t session, Outbox outbox, FrameSource& source, Link& link, Log log,
@@ -208,6 +216,8 @@ Result<void> Agent::closeKeyframe() {
   open_->depth_hits = fewestOfBlocks(hits_, kHitBlock);
   const Keyframe keyframe = std::move(*open_);
   open_.reset();
+  if (StageClock::process().traces())
+    StageClock::process().note("keyframe", "{\"keyframe\":\"" + toString(keyframe.id) + "\"}");
   return sender_.add(keyframe);
 }
 
@@ -290,7 +300,10 @@ Result<void> Agent::handle(const Delivery& delivery) {
     case Topic::kTile: {
       auto tile = decodeTile(delivery.payload);
       if (!tile) return refuse(tile.error());
+      const TileKey key = tile->key;
+      const uint64_t revision = tile->revision;
       if (localizer_.put(std::move(*tile), delivery.payload)) {
+        noteHeld(key, revision);
         ++statistics_.tiles_received;
         statistics_.tile_bytes_received += delivery.payload.size();
       }

@@ -1,5 +1,6 @@
 // The robot's agent: reads its cameras or a recording, tracks, ships keyframes, takes the joint map's tiles.
 #include <signal.h>
+#include <spdlog/fmt/fmt.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -22,6 +23,7 @@
 #include "protocol/link/dds_link.h"
 #include "protocol/link/loopback_link.h"
 #include "protocol/program/service_arguments.h"
+#include "protocol/telemetry/stage_clock.h"
 #include "protocol/types/whole_file.h"
 
 namespace comap {
@@ -189,6 +191,10 @@ int run(const Arguments& arguments) {
   };
   const auto done = runAgent(agent, **link, *config, options);
   if (const auto health = (*source)->health()) log("camera: " + toString(*health));
+  if (StageClock::process().traces())
+    StageClock::process().note(
+        "end", fmt::format(R"({{"robot":"{}","map":"{}","hash":{},"tiles":{}}})", config->robot, agent.tiles().map(),
+                           agent.tiles().hash(), agent.tiles().tiles().size()));
   // What was done is told even if it ended badly.
   if (report)
     if (auto written = report->finish(reportOf(config->robot, agent)); !written) return failWith(written.error());

@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "mapping_core/ferns/fern_book.h"
 #include "mapping_core/service/map_finish.h"
@@ -16,11 +17,31 @@ namespace {
 
 constexpr size_t kMaxRefusalBytes = 600;   // an acknowledgement has to fit one datagram
 constexpr size_t kFusedAtOnce = 4;         // keyframes whose surfels are missing, between looking for messages
-constexpr double kInterestsPerSecond = 2;  // share of the per-second budget that one interest may use
+constexpr size_t kInterestsPerSecond = 2;  // share of the per-second budget that one interest may use
 
 std::string describe(const Confirmation& heard) {
   return fmt::format("confirmed by {} later keyframes and {} closures, {:.2f} % of the common surface contradicts it",
                      heard.witnesses, heard.supporters, 100 * heard.contradicted);
+}
+
+using Json = nlohmann::json;
+
+// For traces: when tiles changed, and what left.
+void noteRenewed(const TileIndex& index, const MapId& map, size_t changed) {
+  if (!StageClock::process().traces()) return;
+  const std::vector<Tile> tiles = index.tiles(map);
+  Json keys = Json::array();
+  if (changed > 0)
+    for (const Tile& tile : tiles)
+      if (tile.revision == index.revision()) keys.push_back({tile.key.x, tile.key.y, tile.key.z});
+  StageClock::process().note(
+      "renewed",
+      Json{{"map", map}, {"revision", index.revision()}, {"tiles", keys}, {"hash", hashTiles(tiles)}}.dump());
+}
+
+void noteSent(const std::string& robot, size_t bytes) {
+  if (StageClock::process().traces())
+    StageClock::process().note("tile sent", Json{{"robot", robot}, {"bytes", bytes}}.dump());
 }
 
 }  // namespace
@@ -219,6 +240,8 @@ Result<void> MappingService::mapNext() {
                 [&](const auto& entry) { return builder_.components().anchorOf(entry.first) != entry.first; });
   ++unpublished_[anchor];
   if (auto corrected = publishCorrections(); !corrected) return corrected;
+  if (StageClock::process().traces())
+    StageClock::process().note("mapped", Json{{"keyframe", toString(id)}, {"map", mapIdOf(anchor)}}.dump());
   const bool due = unpublished_[anchor] >= options_.tile_every_keyframes || !change->merges.empty();
   if (due && builder_.caughtUp())
     if (auto refreshed = refreshTilesOf(anchor); !refreshed) return refreshed;
@@ -289,11 +312,29 @@ Result<void> MappingService::handleInterest(const Delivery& delivery) {
   RobotRecord* record = registry_.served(interest->robot, interest->session);
   if (record == nullptr || !record->correction) return {};
   record->interest = *interest;
-  // A robot may know better where it is than the graph does yet: in a part of the joint map that it has recognised.
-  const bool elsewhere = interest->at && tiles_.holds(interest->at->map);
+  const MapPose at = wantedAt(*interest, *record->correction);
   TileDownlink& downlink = downlinks_[interest->robot];
-  if (elsewhere) return sendTiles(*interest, interest->at->map, interest->at->T_map_cam, downlink);
-  return sendTiles(*interest, record->correction->map, record->correction->T_map_odom * interest->T_odom_cam, downlink);
+  const auto held = downlink.reported(at.map, interest->held, std::chrono::steady_clock::now());
+  return sendTiles(*interest, at, downlink, held);
+}
+
+// A robot may know better where it is than the graph does yet: in a part of the joint map that it has recognised.
+MapPose MappingService::wantedAt(const Interest& interest, const Correction& correction) const {
+  if (interest.at && tiles_.holds(interest.at->map)) return *interest.at;
+  return {correction.map, correction.T_map_odom * interest.T_odom_cam};
+}
+
+// Robots that have asked lately need not ask again for what has changed since.
+Result<void> MappingService::pushTiles(const MapId& map) {
+  const auto now = std::chrono::steady_clock::now();
+  for (const auto& [robot, record] : registry_.robots()) {
+    if (!record.interest || !record.correction) continue;
+    TileDownlink& downlink = downlinks_[robot];
+    const MapPose at = wantedAt(*record.interest, *record.correction);
+    if (at.map != map || !downlink.fresh(map, now)) continue;
+    if (auto sent = sendTiles(*record.interest, at, downlink, downlink.held()); !sent) return sent;
+  }
+  return {};
 }
 
 // Who only looks on is in no map and has no session; it asks for each map apart.
@@ -309,22 +350,34 @@ Result<void> MappingService::handleObserver(const Interest& interest) {
   if (!observers_.contains(asked) && observers_.size() >= kMostAsked) return {};
   Observer& observer = observers_[asked];
   observer.asked = now;
-  return sendTiles(interest, interest.at->map, interest.at->T_map_cam, observer.downlink);
+  return sendTiles(interest, *interest.at, observer.downlink,
+                   observer.downlink.reported(interest.at->map, interest.held, now));
 }
 
-Result<void> MappingService::sendTiles(const Interest& interest, const MapId& map, const Pose& T_map_cam,
-                                       TileDownlink& downlink) {
+Result<void> MappingService::sendTiles(const Interest& interest, const MapPose& at, TileDownlink& downlink,
+                                       std::span<const HeldTile> held) {
   const auto now = std::chrono::steady_clock::now();
-  const std::vector<HeldTile> held = downlink.reported(map, interest.held, now);
-  size_t budget = static_cast<size_t>(interest.budget_bytes_per_s / kInterestsPerSecond);
-  if (options_.pace_tiles) budget = std::min(budget, downlink.room());
+  const size_t per_second = interest.budget_bytes_per_s;
+  size_t budget = per_second / kInterestsPerSecond;
+  if (options_.pace_tiles) budget = std::min(downlink.allowance(per_second, now), downlink.room());
   if (budget == 0) return {};
-  for (const Tile& tile : tiles_.lacking(map, T_map_cam.translation(), interest.radius_m, held, budget)) {
+  bool first = true;
+  const auto mayGo = [&](size_t bytes) {
+    if (!options_.pace_tiles) return true;
+    const size_t allowed = downlink.allowance(per_second, now);
+    if (bytes + TileDownlink::kEnvelope > allowed && allowed < per_second) return false;
+    return first || bytes <= downlink.room();
+  };
+  const size_t guess = options_.pace_tiles ? 2 * budget : budget;  // packed, tiles are smaller than their index says
+  for (const Tile& tile : tiles_.lacking(at.map, at.T_map_cam, interest.radius_m, held, guess)) {
     const auto encoded = encodeTile(tile);
     if (!encoded) return encoded.error();
+    if (!mayGo(encoded->size())) break;
     if (!link_.publish(Topic::kTile, interest.robot, *encoded)) break;  // no room: with the next interest
+    first = false;
     statistics_.tile_bytes[interest.robot] += encoded->size();
     downlink.sent(tile.key, tile.revision, encoded->size(), now);
+    noteSent(interest.robot, encoded->size());
   }
   return {};
 }
@@ -339,9 +392,10 @@ Result<void> MappingService::refreshTilesOf(const KeyframeId& anchor) {
   const MapId map = mapIdOf(anchor);
   std::vector<Tile> tiles = buildTiles(map, *surfels, options);
   addPlaces(map, builder_.placesOf(anchor), tiles_.tiles(map), PlaceOptions{}, tiles);
-  tiles_.update(map, std::move(tiles));
+  const size_t changed = tiles_.update(map, std::move(tiles));
   unpublished_.erase(anchor);
-  return {};
+  noteRenewed(tiles_, map, changed);
+  return options_.pace_tiles ? pushTiles(map) : Result<void>();
 }
 
 bool MappingService::quiet() const {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -88,7 +89,10 @@ class MappingService {
   void noteStore(const Result<void>& written);
   Result<void> handleInterest(const Delivery& delivery);
   Result<void> handleObserver(const Interest& interest);
-  Result<void> sendTiles(const Interest& interest, const MapId& map, const Pose& T_map_cam, TileDownlink& downlink);
+  Result<void> sendTiles(const Interest& interest, const MapPose& at, TileDownlink& downlink,
+                         std::span<const HeldTile> held);
+  Result<void> pushTiles(const MapId& map);
+  MapPose wantedAt(const Interest& interest, const Correction& correction) const;
   Result<void> mapNext();
   void announceMerges(const MapChange& change);
   Result<void> publishCorrections();

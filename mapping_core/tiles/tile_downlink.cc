@@ -7,6 +7,7 @@ namespace {
 
 constexpr uint32_t kOverdueReports = 6;  // a tile not reported as held by then was lost on the way
 constexpr std::chrono::seconds kOverdue{5};
+constexpr std::chrono::seconds kFresh{3};  // a robot reports twice a second
 constexpr double kQueue_s = 1;
 constexpr size_t kAtLeastBytes = 64 << 10;
 constexpr double kLongestBetween_s = 5, kSmoothing = 0.25;
@@ -25,7 +26,8 @@ std::vector<HeldTile> TileDownlink::reported(const MapId& map, std::span<const H
   }
   last_report_ = now;
 
-  std::map<TileKey, uint64_t> known;
+  std::map<TileKey, uint64_t>& known = reported_;
+  known.clear();
   for (const HeldTile& tile : held)
     if (tile.key.map == map) known[tile.key] = tile.revision;
   for (auto it = under_way_.begin(); it != under_way_.end();) {
@@ -39,6 +41,11 @@ std::vector<HeldTile> TileDownlink::reported(const MapId& map, std::span<const H
       forget(current);
     }
   }
+  return this->held();
+}
+
+std::vector<HeldTile> TileDownlink::held() const {
+  std::map<TileKey, uint64_t> known = reported_;
   for (const auto& [key, sent] : under_way_) known[key] = std::max(known[key], sent.revision);
   std::vector<HeldTile> all;
   all.reserve(known.size());
@@ -46,11 +53,25 @@ std::vector<HeldTile> TileDownlink::reported(const MapId& map, std::span<const H
   return all;
 }
 
+bool TileDownlink::fresh(const MapId& map, Clock::time_point now) const {
+  return map == map_ && reports_ > 0 && now - last_report_ < kFresh;
+}
+
+size_t TileDownlink::allowance(size_t bytes_per_s, Clock::time_point now) {
+  while (!last_second_.empty() && now - last_second_.front().first >= std::chrono::seconds(1)) {
+    last_second_bytes_ -= last_second_.front().second;
+    last_second_.pop_front();
+  }
+  return bytes_per_s > last_second_bytes_ ? bytes_per_s - last_second_bytes_ : 0;
+}
+
 void TileDownlink::sent(const TileKey& key, uint64_t revision, size_t bytes, Clock::time_point now) {
   const auto earlier = under_way_.find(key);
   if (earlier != under_way_.end()) forget(earlier);
   under_way_[key] = {revision, reports_, bytes, rate_.mark(now)};
   under_way_bytes_ += bytes;
+  last_second_.emplace_back(now, bytes + kEnvelope);
+  last_second_bytes_ += bytes + kEnvelope;
 }
 
 size_t TileDownlink::room() const {

@@ -7,6 +7,8 @@
 namespace comap {
 namespace {
 
+constexpr double kViewCosine = 0.7;  // of half a camera's view, and some
+constexpr double kNotAhead = 2;
 constexpr size_t kBytesPerSurfel = 14;
 constexpr size_t kBytesPerTile = 64;  // key, revision, framing
 constexpr size_t kBytesPerPose = 70;  // of a place
@@ -31,8 +33,12 @@ double distanceToTile(const TileKey& key, const Eigen::Vector3d& position_m) {
   return (nearest - position_m).norm();
 }
 
-double distanceToCentre(const TileKey& key, const Eigen::Vector3d& position_m) {
-  return (cornerOf(key) + Eigen::Vector3d::Constant(0.5 * double{kTileEdge_m}) - position_m).norm();
+// How far, in metres; the lower, the sooner.
+double urgency(const TileKey& key, const Eigen::Vector3d& position_m, const Eigen::Vector3d& ahead) {
+  const Eigen::Vector3d to = cornerOf(key) + Eigen::Vector3d::Constant(0.5 * double{kTileEdge_m}) - position_m;
+  const double distance_m = to.norm();
+  const bool in_view = to.dot(ahead) >= kViewCosine * distance_m;
+  return in_view ? distance_m : kNotAhead * distance_m;
 }
 
 }  // namespace
@@ -68,8 +74,10 @@ void TileIndex::drop(const MapId& map) {
   std::erase_if(tiles_, [&](const auto& entry) { return entry.first.map == map; });
 }
 
-std::vector<Tile> TileIndex::lacking(const MapId& map, const Eigen::Vector3d& position_m, double radius_m,
+std::vector<Tile> TileIndex::lacking(const MapId& map, const Pose& T_map_cam, double radius_m,
                                      std::span<const HeldTile> held, size_t budget_bytes) const {
+  const Eigen::Vector3d position_m = T_map_cam.translation();
+  const Eigen::Vector3d ahead = T_map_cam.rotation() * Eigen::Vector3d::UnitZ();
   std::map<TileKey, uint64_t> held_revision;
   for (const HeldTile& tile : held) {
     if (tile.key.map == map) held_revision[tile.key] = tile.revision;
@@ -80,7 +88,7 @@ std::vector<Tile> TileIndex::lacking(const MapId& map, const Eigen::Vector3d& po
     const auto found = tiles_.find(key);
     if (found == tiles_.end()) {
       removals.push_back({key, revision_, {}});
-    } else if (found->second.empty()) {
+    } else if (found->second.empty() && found->second.revision != revision) {  // else it knows
       removals.push_back(found->second);
     }
   }
@@ -94,7 +102,7 @@ std::vector<Tile> TileIndex::lacking(const MapId& map, const Eigen::Vector3d& po
     if (at->second.empty() || !(distanceToTile(at->first, position_m) <= radius_m)) continue;
     const auto known = held_revision.find(at->first);
     if (known != held_revision.end() && known->second == at->second.revision) continue;
-    candidates.push_back({distanceToCentre(at->first, position_m), &at->second});
+    candidates.push_back({urgency(at->first, position_m, ahead), &at->second});
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.distance < b.distance; });

@@ -23,10 +23,10 @@ class TileIndex {
   /// A map that was absorbed: its tiles go without a trace (robots learn it from their correction's map).
   void drop(const MapId& map);
 
-  /// Tiles of `map` near `position_m` that differ from what is held, nearest first (removals first of all),
-  /// until `budget_bytes` are filled; at least one if any differs.
-  std::vector<Tile> lacking(const MapId& map, const Eigen::Vector3d& position_m, double radius_m,
-                            std::span<const HeldTile> held, size_t budget_bytes) const;
+  /// Tiles of `map` near the camera that differ from what is held, until `budget_bytes` are filled; at least one if any
+  /// differs. Removals first of all, then nearest first, where what is not ahead counts as twice as far.
+  std::vector<Tile> lacking(const MapId& map, const Pose& T_map_cam, double radius_m, std::span<const HeldTile> held,
+                            size_t budget_bytes) const;
 
   /// Whether there is any tile of `map`, removals included.
   bool holds(const MapId& map) const;

@@ -29,7 +29,6 @@ Result<void> StageClock::traceTo(const std::string& path) {
   trace_.reset(std::fopen(path.c_str(), "w"));
   if (!trace_) return cannotWrite(path);
   trace_path_ = path;
-  trace_begin_ = std::chrono::steady_clock::now();
   first_ = true;
   std::fputs("[", trace_.get());  // readers of this format take a list that is cut off
   return {};
@@ -52,7 +51,22 @@ void StageClock::add(const char* stage, std::chrono::steady_clock::time_point be
   std::fprintf(trace_.get(),
                "%s\n{\"name\":\"%s\",\"ph\":\"X\",\"pid\":%d,\"tid\":%d,\"ts\":%" PRId64 ",\"dur\":%" PRId64 "}",
                first_ ? "" : ",", stage, static_cast<int>(getpid()), static_cast<int>(gettid()),
-               microseconds(begin - trace_begin_), microseconds(end - begin));
+               microseconds(begin.time_since_epoch()), microseconds(end - begin));
+  first_ = false;
+}
+
+bool StageClock::traces() const {
+  const std::scoped_lock lock(mutex_);
+  return trace_ != nullptr;
+}
+
+void StageClock::note(const char* event, const std::string& arguments) {
+  const std::scoped_lock lock(mutex_);
+  if (!trace_) return;
+  std::fprintf(trace_.get(),
+               "%s\n{\"name\":\"%s\",\"ph\":\"i\",\"s\":\"p\",\"pid\":%d,\"tid\":%d,\"ts\":%" PRId64 ",\"args\":%s}",
+               first_ ? "" : ",", event, static_cast<int>(getpid()), static_cast<int>(gettid()),
+               microseconds(std::chrono::steady_clock::now().time_since_epoch()), arguments.c_str());
   first_ = false;
 }
 

@@ -20,12 +20,17 @@ class StageClock {
  public:
   static StageClock& process();
 
-  /// From now on each span is also written to the file. kUnreachable if it cannot be made.
+  /// From now on each span is also written to the file. Times in it are of the machine's steady clock, so that traces
+  /// of several programs on it can be laid over each other. kUnreachable if it cannot be made.
   Result<void> traceTo(const std::string& path);
   /// Closes the file. kUnreachable if not all could be written.
   Result<void> endTrace();
 
   void add(const char* stage, std::chrono::steady_clock::time_point begin, std::chrono::steady_clock::time_point end);
+
+  /// Something that happened now; only for the trace. `arguments`: a JSON object.
+  void note(const char* event, const std::string& arguments);
+  bool traces() const;  ///< whether note() is worth preparing arguments for
 
   std::map<std::string, TimeHistogram> times() const;
 
@@ -41,7 +46,6 @@ class StageClock {
   std::map<std::string, TimeHistogram> times_;
   std::unique_ptr<std::FILE, Close> trace_;
   std::string trace_path_;
-  std::chrono::steady_clock::time_point trace_begin_;
   bool first_ = true;
 };
 

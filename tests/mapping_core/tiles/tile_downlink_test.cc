@@ -50,6 +50,51 @@ TEST(TileDownlink, AnOlderRevisionThatIsReportedLeavesTheNewerUnderWay) {
   EXPECT_EQ(held[0].revision, 9u);
 }
 
+TEST(TileDownlink, InNoSecondMoreIsSentThanAllowed) {
+  TileDownlink downlink;
+  (void)downlink.reported(kMap, {}, kStart);
+  constexpr size_t kBudget = 50'000;
+  std::deque<std::pair<TileDownlink::Clock::time_point, size_t>> sent;
+  auto now = kStart;
+  size_t in_all = 0;
+  for (int32_t i = 0; i < 4000; ++i) {  // 20 s, whenever there is room
+    now += 5ms;
+    const size_t bytes = 1000 + 700 * static_cast<size_t>(i % 7);
+    if (downlink.allowance(kBudget, now) < bytes + TileDownlink::kEnvelope) continue;
+    downlink.sent(key(i), 1, bytes, now);
+    sent.emplace_back(now, bytes);
+    in_all += bytes;
+  }
+  for (size_t first = 0, next = 0, window = 0; next < sent.size(); ++next) {
+    window += sent[next].second;
+    while (sent[next].first - sent[first].first >= 1s) window -= sent[first++].second;
+    ASSERT_LE(window, kBudget);
+  }
+  EXPECT_GT(in_all, 19 * kBudget * 7 / 10) << "and what is allowed is used";
+}
+
+TEST(TileDownlink, ATileLargerThanASecondsBudgetFindsTheWholeOfItWhenNothingElseWasSent) {
+  TileDownlink downlink;
+  (void)downlink.reported(kMap, {}, kStart);
+  downlink.sent(key(1), 1, 90'000, kStart);
+  EXPECT_EQ(downlink.allowance(50'000, kStart), 0u);
+  EXPECT_EQ(downlink.allowance(50'000, kStart + 999ms), 0u);
+  EXPECT_EQ(downlink.allowance(50'000, kStart + 1s), 50'000u);
+}
+
+TEST(TileDownlink, BetweenReportsItKnowsWhatWasSentAndWhetherTheLastIsFresh) {
+  TileDownlink downlink;
+  EXPECT_FALSE(downlink.fresh(kMap, kStart)) << "it never asked";
+  const std::vector<HeldTile> one = {{key(1), 7}};
+  (void)downlink.reported(kMap, one, kStart);
+  downlink.sent(key(2), 8, 1000, kStart);
+  ASSERT_EQ(downlink.held().size(), 2u);
+  EXPECT_EQ(downlink.held()[1].revision, 8u);
+  EXPECT_TRUE(downlink.fresh(kMap, kStart + 1s));
+  EXPECT_FALSE(downlink.fresh("b-1-0", kStart + 1s));
+  EXPECT_FALSE(downlink.fresh(kMap, kStart + 4s));
+}
+
 TEST(TileDownlink, AnotherMapForgetsAll) {
   TileDownlink downlink;
   (void)downlink.reported(kMap, {}, kStart);

@@ -20,6 +20,10 @@ Tile tileAt(int x, int y, int z, size_t surfels, uint8_t shade = 0) {
 
 constexpr size_t kPlenty = 1 << 30;
 
+// A camera that looks along z.
+Pose at(const Eigen::Vector3d& position_m) { return Pose(Eigen::Quaterniond::Identity(), position_m); }
+Pose at(double x, double y, double z) { return at(Eigen::Vector3d(x, y, z)); }
+
 TEST(TileIndex, onlyWhatChangedGetsANewRevision) {
   TileIndex index;
   EXPECT_EQ(index.update("m", {tileAt(0, 0, 0, 5), tileAt(1, 0, 0, 5)}), 2u);
@@ -39,14 +43,27 @@ TEST(TileIndex, aTileThatGoesIsToldToThoseWhoHoldIt) {
   EXPECT_EQ(index.update("m", {tileAt(0, 0, 0, 5)}), 0u) << "a removal is one change";
   EXPECT_EQ(index.tiles("m").size(), 1u);
   const std::vector<HeldTile> held = {{{"m", 0, 0, 0}, 1}, {{"m", 1, 0, 0}, 1}};
-  const auto told = index.lacking("m", {50, 50, 50}, 1, held, kPlenty);
+  const auto told = index.lacking("m", at(50, 50, 50), 1, held, kPlenty);
   ASSERT_EQ(told.size(), 1u) << "however far away";
   EXPECT_EQ(told[0].key.x, 1);
   EXPECT_TRUE(told[0].surfels.empty());
   EXPECT_EQ(told[0].revision, 2u);
-  EXPECT_TRUE(index.lacking("m", {0.5, 0, 0}, 3, std::vector<HeldTile>{held[0]}, kPlenty).empty())
+  const std::vector<HeldTile> knows = {{{"m", 0, 0, 0}, 1}, {{"m", 1, 0, 0}, 2}};
+  EXPECT_TRUE(index.lacking("m", at(50, 50, 50), 1, knows, kPlenty).empty()) << "who names the removal knows it";
+  EXPECT_TRUE(index.lacking("m", at(0.5, 0, 0), 3, std::vector<HeldTile>{held[0]}, kPlenty).empty())
       << "who never held it need not know";
   EXPECT_EQ(index.update("m", {tileAt(0, 0, 0, 5), tileAt(1, 0, 0, 5)}), 1u) << "and it may come back";
+}
+
+TEST(TileIndex, whatIsAheadComesBeforeWhatIsBehind) {
+  TileIndex index;
+  index.update("m", {tileAt(0, 0, 5, 5), tileAt(0, 0, -4, 5), tileAt(0, 0, -2, 5), tileAt(0, 0, 12, 5)});
+  const auto sent = index.lacking("m", at(0.25, 0.25, 0.25), 20, {}, kPlenty);
+  ASSERT_EQ(sent.size(), 4u);
+  EXPECT_EQ(sent[0].key.z, -2) << "1 m behind, before 2.5 m ahead";
+  EXPECT_EQ(sent[1].key.z, 5);
+  EXPECT_EQ(sent[2].key.z, -4) << "2 m behind, after 2.5 m ahead";
+  EXPECT_EQ(sent[3].key.z, 12);
 }
 
 TEST(TileIndex, nearestFirstWithinRadiusAndBudget) {
@@ -55,17 +72,17 @@ TEST(TileIndex, nearestFirstWithinRadiusAndBudget) {
   for (int x = 0; x < 20; ++x) tiles.push_back(tileAt(x, 0, 0, 100));
   index.update("m", tiles);
   const Eigen::Vector3d here(2.6, 0.25, 0.25);  // in tile 5
-  const auto all = index.lacking("m", here, 2.0, {}, kPlenty);
+  const auto all = index.lacking("m", at(here), 2.0, {}, kPlenty);
   ASSERT_GE(all.size(), 7u);
   EXPECT_EQ(all[0].key.x, 5);
   for (size_t i = 1; i < all.size(); ++i) {
     EXPECT_LE(std::abs(all[i - 1].key.x + 0.5 - 5.2), std::abs(all[i].key.x + 0.5 - 5.2) + 1e-9);
   }
   for (const Tile& tile : all) EXPECT_LE(tile.key.x, 9) << "tile 9 begins 1.9 m away, tile 10 2.4 m";
-  const auto some = index.lacking("m", here, 2.0, {}, 5000);
+  const auto some = index.lacking("m", at(here), 2.0, {}, 5000);
   EXPECT_EQ(some.size(), 3u);
   EXPECT_EQ(some, std::vector<Tile>(all.begin(), all.begin() + 3));
-  EXPECT_EQ(index.lacking("m", here, 2.0, {}, 0).size(), 1u) << "a small budget must not starve a robot for ever";
+  EXPECT_EQ(index.lacking("m", at(here), 2.0, {}, 0).size(), 1u) << "a small budget must not starve a robot for ever";
 }
 
 TEST(TileIndex, aDroppedMapLeavesNothingButWhatIsHeldIsWithdrawn) {
@@ -75,8 +92,8 @@ TEST(TileIndex, aDroppedMapLeavesNothingButWhatIsHeldIsWithdrawn) {
   index.drop("m");
   EXPECT_TRUE(index.tiles("m").empty());
   EXPECT_EQ(index.tiles("other").size(), 1u);
-  EXPECT_TRUE(index.lacking("m", {0, 0, 0}, 9, {}, kPlenty).empty());
-  const auto told = index.lacking("m", {0, 0, 0}, 9, std::vector<HeldTile>{{{"m", 0, 0, 0}, 1}}, kPlenty);
+  EXPECT_TRUE(index.lacking("m", at(0, 0, 0), 9, {}, kPlenty).empty());
+  const auto told = index.lacking("m", at(0, 0, 0), 9, std::vector<HeldTile>{{{"m", 0, 0, 0}, 1}}, kPlenty);
   ASSERT_EQ(told.size(), 1u);
   EXPECT_TRUE(told[0].surfels.empty());
   index.update("m", {tileAt(0, 0, 0, 5)});
@@ -102,7 +119,7 @@ TEST(TileIndex, aRobotThatAppliesWhatItIsSentEndsWithTheMap) {
       ASSERT_LT(messages, 1000) << "never done";
       std::vector<HeldTile> held;
       for (const auto& [key, tile] : cache) held.push_back({key, tile.revision});
-      const auto sent = index.lacking("m", {0, 0, 0}, 100, held, 20000);
+      const auto sent = index.lacking("m", Pose(), 100, held, 20000);
       if (sent.empty()) break;
       for (const Tile& tile : sent) {
         if (tile.surfels.empty()) {
@@ -128,12 +145,12 @@ TEST(TileIndex, ATileOfPlacesAloneIsNotARemoval) {
   EXPECT_EQ(index.update("m", {tile}), 0u) << "nothing has changed";
   EXPECT_TRUE(index.holds("m"));
   EXPECT_FALSE(index.holds("l"));
-  const auto sent = index.lacking("m", Eigen::Vector3d::Zero(), 5, {}, 1 << 20);
+  const auto sent = index.lacking("m", at(0, 0, 0), 5, {}, 1 << 20);
   ASSERT_EQ(sent.size(), 1u);
   EXPECT_FALSE(sent[0].empty());
   EXPECT_EQ(index.update("m", {}), 1u);
   const std::vector<HeldTile> held{{tile.key, sent[0].revision}};
-  const auto removed = index.lacking("m", Eigen::Vector3d::Zero(), 5, held, 1 << 20);
+  const auto removed = index.lacking("m", at(0, 0, 0), 5, held, 1 << 20);
   ASSERT_EQ(removed.size(), 1u);
   EXPECT_TRUE(removed[0].empty());
 }
