@@ -44,6 +44,7 @@ if(NOT CMAKE_CROSSCOMPILING)
 endif()
 install(FILES containers/systemd/comap-core.service DESTINATION lib/systemd/system COMPONENT core)
 install(FILES containers/systemd/comap-edge.service DESTINATION lib/systemd/system COMPONENT edge)
+install(FILES containers/systemd/comap-discovery.service DESTINATION lib/systemd/system COMPONENT tools)
 set(package_of_dev libcomap-dev)
 set(package_of_robot libcomap-robot1)
 set(package_of_robot_dev libcomap-robot-dev)
@@ -58,11 +59,11 @@ install(FILES README.md CHANGELOG.md docs/operations.md docs/deployment.md docs/
   DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/comap-tools COMPONENT tools)
 
 # For programs that speak with robots and core themselves: types, messages and their encoding, link.
-set(exported types proto codec keys link session)
+set(exported types proto codec keys discovery link session)
 list(TRANSFORM exported PREPEND comap_ OUTPUT_VARIABLE exported_targets)
 install(TARGETS ${exported_targets} EXPORT comap ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
 install(EXPORT comap NAMESPACE comap:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/comap COMPONENT dev)
-foreach(room types codec keys link session)
+foreach(room types codec keys discovery link session)
   install(DIRECTORY protocol/${room} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/comap/protocol COMPONENT dev
     FILES_MATCHING PATTERN *.h)
 endforeach()

@@ -30,6 +30,7 @@ Result<AgentConfig> readAgentConfig(const std::string& path) {
   link.read("interface_address", config.link.interface_address);
   link.read("profile", config.link.profile, {"auto", "local", "lan", "wan"});
   link.read("core_address", config.link.core_address);
+  link.read("discovery_server", config.link.discovery_server);
   link.read("keys", config.link.keys);
   link.read("insecure", config.link.insecure);
 
@@ -108,6 +109,7 @@ link:
   interface_address: {}  # the one network interface to use: its IPv4 address, or its name
   profile: {}          # local: this machine; lan: small datagrams; wan: no multicast; auto: local on 127.*, else lan
   core_address: {}     # wan: IPv4 address of the core
+  discovery_server: {} # HOST or HOST:PORT, for networks without multicast; empty: none
   keys: {}             # folder made by fleet keys: messages are encrypted; empty: clear text
   insecure: {}         # true: clear text on an interface other than loopback
 odometry:
@@ -153,17 +155,18 @@ api:                            # pose and map for other programs on this robot,
   group: {}                  # true: the agent's group may read too, not only its user
 {})",
              yamlText(c.robot), yamlText(c.source), c.link.domain, yamlText(c.link.site),
-             yamlText(c.link.interface_address), c.link.profile, yamlText(c.link.core_address), yamlText(c.link.keys),
-             c.link.insecure, c.odometry.depth_min_m, c.odometry.depth_max_m, c.odometry.alignment.noise.floor_m,
-             c.odometry.alignment.noise.factor_per_m, c.odometry.alignment.photometric_weight,
-             c.odometry.inherited_frames, c.odometry.lost_after, c.odometry.threads, c.recovery.patience_frames,
-             c.keyframes.translation_m, c.keyframes.rotation_rad, c.keyframes.overlap, c.keyframes.max_frames,
-             c.depth_rounding.step_per_m, c.sender.send.window, c.max_waiting_keyframes,
-             c.sender.send.resend_after.count(), c.sender.send.budget_bytes_per_s, c.sender.jpeg_quality, c.outbox.kind,
-             yamlText(c.outbox.directory), c.outbox.quota_mb == kUnlimited_mb ? 0 : c.outbox.quota_mb,
-             c.sender.thin_jpeg_quality, c.fern_seed, c.interest_radius_m, c.downlink_bytes_per_s, c.localizer.enabled,
-             c.localizer.every_frames, c.localizer.memory_mb, c.localizer.disk_mb, c.localizer.smooth_frames,
-             yamlText(c.api.socket), c.api.group, printCameraConfig(c.camera)) +
+             yamlText(c.link.interface_address), c.link.profile, yamlText(c.link.core_address),
+             yamlText(c.link.discovery_server), yamlText(c.link.keys), c.link.insecure, c.odometry.depth_min_m,
+             c.odometry.depth_max_m, c.odometry.alignment.noise.floor_m, c.odometry.alignment.noise.factor_per_m,
+             c.odometry.alignment.photometric_weight, c.odometry.inherited_frames, c.odometry.lost_after,
+             c.odometry.threads, c.recovery.patience_frames, c.keyframes.translation_m, c.keyframes.rotation_rad,
+             c.keyframes.overlap, c.keyframes.max_frames, c.depth_rounding.step_per_m, c.sender.send.window,
+             c.max_waiting_keyframes, c.sender.send.resend_after.count(), c.sender.send.budget_bytes_per_s,
+             c.sender.jpeg_quality, c.outbox.kind, yamlText(c.outbox.directory),
+             c.outbox.quota_mb == kUnlimited_mb ? 0 : c.outbox.quota_mb, c.sender.thin_jpeg_quality, c.fern_seed,
+             c.interest_radius_m, c.downlink_bytes_per_s, c.localizer.enabled, c.localizer.every_frames,
+             c.localizer.memory_mb, c.localizer.disk_mb, c.localizer.smooth_frames, yamlText(c.api.socket), c.api.group,
+             printCameraConfig(c.camera)) +
          printTelemetryOptions(c.telemetry) + ros2::printRos2Options(c.ros2);
 }
 

@@ -95,6 +95,12 @@ Result<void> settle(Agent& agent, const RunOptions& options) {
   return {};
 }
 
+// With what the link knows of why nobody answers.
+Result<void> explained(Result<void> done, const Link& link) {
+  if (done || done.error().code != ErrorCode::kUnreachable || link.trouble().empty()) return done;
+  return Error{ErrorCode::kUnreachable, done.error().text + "; " + link.trouble()};
+}
+
 }  // namespace
 
 std::string whatWaits(const Agent& agent, const std::string& outbox) {
@@ -109,9 +115,9 @@ std::string whatWaits(const Agent& agent, const std::string& outbox) {
 Result<void> runAgent(Agent& agent, const Link& link, const AgentConfig& config, const RunOptions& options) {
   if (auto greeted = agent.hello(); !greeted) return greeted;
   if (!options.realtime && !options.live && !options.offline)
-    if (auto found = awaitCore(link, config, options); !found) return found;
-  if (auto driven = drive(agent, options); !driven) return driven;
-  return options.offline ? Result<void>() : settle(agent, options);
+    if (auto found = awaitCore(link, config, options); !found) return explained(found, link);
+  if (auto driven = drive(agent, options); !driven) return explained(driven, link);
+  return options.offline ? Result<void>() : explained(settle(agent, options), link);
 }
 
 }  // namespace comap

@@ -12,6 +12,7 @@
 #include "mapping_core/service/core_metrics.h"
 #include "mapping_core/service/core_report.h"
 #include "mapping_core/service/ros2_map.h"
+#include "protocol/discovery/discovery_server.h"
 #include "protocol/link/dds_link.h"
 #include "protocol/program/service_arguments.h"
 #include "protocol/types/whole_file.h"
@@ -23,6 +24,7 @@ volatile sig_atomic_t g_stop = 0;
 
 struct Arguments : ServiceArguments {
   std::string store, device;
+  int serve_discovery = -1;  // not given
   bool list_devices = false;
 };
 
@@ -49,10 +51,25 @@ Result<CoreConfig> configure(const Arguments& arguments) {
   }
   if (!arguments.store.empty()) config.store = arguments.store;
   if (!arguments.device.empty()) config.device = arguments.device;
+  if (arguments.serve_discovery >= 0) config.serve_discovery = arguments.serve_discovery;
   config.link.role = LinkRole::kCore;
   if (auto applied = apply(arguments, "mapping_core", "", config.link, config.telemetry, config.ros2); !applied)
     return applied.error();
+  if (config.serve_discovery > 0 && !config.link.discovery_server.empty())
+    return Error{ErrorCode::kWrongUse,
+                 "link.discovery_server is '" + config.link.discovery_server +
+                     "', but link.serve_discovery makes the core its own discovery server: give one of them"};
   return config;
+}
+
+// The core's own discovery server, if it is to be one; the link is then told to use it.
+Result<std::unique_ptr<DiscoveryServer>> serveDiscovery(int port, DdsLinkOptions& link, const Log& log) {
+  if (port == 0) return std::unique_ptr<DiscoveryServer>();
+  const Endpoint everywhere{0, static_cast<uint16_t>(port)}, here{0x7f000001, static_cast<uint16_t>(port)};
+  auto server = DiscoveryServer::start(link.interface_address.starts_with("127.") ? here : everywhere,
+                                       [log](const std::string& line) { log.info("discovery: " + line); });
+  if (server) link.discovery_server = toString(here);
+  return server;
 }
 
 // Two cores of one site would both take every keyframe and contradict each other's corrections.
@@ -91,7 +108,7 @@ Result<void> serve(MappingService& service, Telemetry& telemetry, std::optional<
 }
 
 int run(const Arguments& arguments) {
-  const auto config = configure(arguments);
+  auto config = configure(arguments);
   if (!config) return failWith(config.error());
   const Log log = makeLog(config->telemetry, "mapping_core");
   const auto failWith = [&](const Error& error) { return comap::failWith(error, log); };
@@ -106,6 +123,8 @@ int run(const Arguments& arguments) {
   if (arguments.health) return askHealth(config->telemetry, log);
   if (auto writable = checkFolderOf(arguments.report); !writable) return failWith(writable.error());
   if (auto checked = checkDdsOptions(config->link); !checked) return failWith(checked.error());
+  const auto discovery = serveDiscovery(config->serve_discovery, config->link, log);
+  if (!discovery) return failWith(discovery.error());
   if (auto alone = checkAlone(config->link); !alone) return failWith(alone.error());
   auto telemetry = Telemetry::start(config->telemetry);
   if (!telemetry) return failWith(telemetry.error());
@@ -150,6 +169,9 @@ int main(int argc, char** argv) {
   comap::addServiceOptions(app, arguments, "Site whose robots are served",
                            "Publish the map for ROS 2 programs: /fleet/map");
   app.add_option("--store", arguments.store, "File of the map store, made if it is not there");
+  app.add_option("--serve-discovery", arguments.serve_discovery,
+                 "Be the discovery server of the site, on this UDP port (7399 is usual); 0: no")
+      ->check(CLI::Range(0, 65535));
   app.add_option("--device", arguments.device, "Vulkan device: auto, llvmpipe or a number of --list-devices");
   app.add_flag("--list-devices", arguments.list_devices, "Print the Vulkan devices, usable or why not, and stop");
   app.set_version_flag("--version", "mapping_core " COMAP_VERSION);

@@ -101,6 +101,13 @@ const mistakesOf = {
     ["memory: 1Gi", "memory: much"],                                   // a value of another form
     ["kind: StatefulSet", "kind: StatefullSet"],
     ["emptyDir: {medium: Memory, sizeLimit: 1Mi}", "emptyDir: {medium: Memory, size: 1Mi}"],
+    ["dnsPolicy: ClusterFirstWithHostNet", "dnsPolicy: HostNet"],
+  ],
+  "discovery.yaml": [
+    ["protocol: UDP, targetPort", "protokoll: UDP, targetPort"],
+    ["type: LoadBalancer", "type: Balancer"],
+    ["strategy: {type: Recreate}", "strategy: Recreate"],
+    ["exec: {command:", "exec: {commands:"],
   ],
 };
 for (const name of fs.readdirSync(folder).filter((file) => file.endsWith(".yaml")))

@@ -17,6 +17,7 @@ void addMatchesVerb(CLI::App& app, int& exit_code);
 void addMergesVerb(CLI::App& app, int& exit_code);
 void addSplitVerb(CLI::App& app, int& exit_code);
 void addForgetVerb(CLI::App& app, int& exit_code);
+void addDiscoveryVerb(CLI::App& app, int& exit_code);
 void addKeysVerb(CLI::App& app, int& exit_code);
 void addDoctorVerb(CLI::App& app, int& exit_code);
 void addRecoverVerb(CLI::App& app, int& exit_code);

@@ -23,6 +23,8 @@ void addObserverOptions(CLI::App& verb, DdsLinkOptions& options) {
   verb.add_option("--interface", options.interface_address, "Network interface to use: its IPv4 address, or its name");
   verb.add_option("--core", options.core_address, "IPv4 address of the core, for networks without multicast")
       ->each([&options](const std::string&) { options.profile = "wan"; });
+  verb.add_option("--discovery", options.discovery_server,
+                  "HOST or HOST:PORT of a discovery server, for networks without multicast");
   verb.add_option("--keys", options.keys, "Folder of a tool's keys, made by fleet keys");
   verb.add_flag("--insecure", options.insecure, "Allow clear text on an interface other than loopback");
 }

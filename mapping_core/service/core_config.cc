@@ -20,6 +20,10 @@ Result<CoreConfig> readCoreConfig(const std::string& path) {
   link.read("site", config.link.site);
   link.read("interface_address", config.link.interface_address);
   link.read("profile", config.link.profile, {"auto", "local", "lan", "wan"});
+  link.read("discovery_server", config.link.discovery_server);
+  link.read("serve_discovery", config.serve_discovery, 0, 65535);
+  if (config.serve_discovery > 0 && !config.link.discovery_server.empty())
+    link.complain("serve_discovery", "the core is its own discovery server then: leave discovery_server empty");
   link.read("keys", config.link.keys);
   link.read("insecure", config.link.insecure);
 
@@ -75,6 +79,8 @@ link:
   site: {}             # robots of this site are served
   interface_address: {}  # the one network interface to use: its IPv4 address, or its name
   profile: {}          # local: this machine; lan: small datagrams; wan: no multicast; auto: local on 127.*, else lan
+  discovery_server: {} # HOST or HOST:PORT, for networks without multicast; empty: none
+  serve_discovery: {}      # be one on this UDP port (7399 is usual); 0: no
   keys: {}             # folder made by fleet keys: messages are encrypted; empty: clear text
   insecure: {}         # true: clear text on an interface other than loopback
 fusion:
@@ -104,13 +110,13 @@ tiles:
   spacing_m: {}          # level of detail that goes to robots
 )",
              yamlText(c.store), yamlText(c.device), c.link.domain, yamlText(c.link.site),
-             yamlText(c.link.interface_address), c.link.profile, yamlText(c.link.keys), c.link.insecure,
-             m.fusion.depth_min_m, m.fusion.depth_max_m, m.fusion.stable_confidence, m.fusion.averaging_limit,
-             m.fusion.memory_mb, m.search.candidates, m.search.loop_candidates, m.search.max_dissimilarity,
-             m.verifier.inlier_ratio, m.verifier.overlap, m.verifier.rms_sigma, m.verifier.degeneracy,
-             m.verifier.photometric_median, m.verifier.seen_through, m.verifier.unlike, m.verifier.features,
-             m.vote.needed, m.probation.witnesses, c.service.fern_seed, c.service.tile_every_keyframes,
-             c.service.tile_spacing_m) +
+             yamlText(c.link.interface_address), c.link.profile, yamlText(c.link.discovery_server), c.serve_discovery,
+             yamlText(c.link.keys), c.link.insecure, m.fusion.depth_min_m, m.fusion.depth_max_m,
+             m.fusion.stable_confidence, m.fusion.averaging_limit, m.fusion.memory_mb, m.search.candidates,
+             m.search.loop_candidates, m.search.max_dissimilarity, m.verifier.inlier_ratio, m.verifier.overlap,
+             m.verifier.rms_sigma, m.verifier.degeneracy, m.verifier.photometric_median, m.verifier.seen_through,
+             m.verifier.unlike, m.verifier.features, m.vote.needed, m.probation.witnesses, c.service.fern_seed,
+             c.service.tile_every_keyframes, c.service.tile_spacing_m) +
          printTelemetryOptions(c.telemetry) + ros2::printRos2Options(c.ros2);
 }
 

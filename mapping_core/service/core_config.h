@@ -14,6 +14,7 @@ struct CoreConfig {
   std::string store = "map.comap";
   std::string device = "auto";
   DdsLinkOptions link;
+  int serve_discovery = 0;  ///< UDP port on which the core is the site's discovery server itself; 0: it is none
   ServiceOptions service;
   TelemetryOptions telemetry;
   ros2::Ros2Options ros2;

@@ -20,6 +20,7 @@
 #include <mutex>
 #include <vector>
 
+#include "protocol/discovery/discovery_client.h"
 #include "protocol/link/octets_type.h"
 #include "protocol/link/qos.h"
 #include "protocol/link/roaming_link.h"
@@ -138,8 +139,10 @@ class DdsLink : public Link {
   bool delivered(Topic topic, const std::string& robot) const override;
   std::optional<Delivery> receive(std::chrono::milliseconds timeout) override;
   int peers() const override;
+  std::string trouble() const override { return discovery_ ? discovery_->trouble() : std::string(); }
 
  private:
+  Result<void> askServer();
   Result<void> openSubscriber(const std::vector<std::string>& partitions, dds::Subscriber*& subscriber);
   Result<void> openReader(Topic topic);
   Result<dds::DataWriter*> writerOf(Topic topic, const std::string& robot);
@@ -168,9 +171,11 @@ class DdsLink : public Link {
   std::map<std::pair<Topic, std::string>, std::vector<dds::DataWriter*>> writers_;  // by topic and partition
   std::map<Topic, std::unique_ptr<Inlet>> inlets_;
   std::unique_ptr<RoundTrips> round_trips_;  // where a link can be slow
+  std::unique_ptr<DiscoveryClient> discovery_;
 };
 
 DdsLink::~DdsLink() {
+  discovery_.reset();  // before DDS says good-bye, which newcomers must not be told as an announcement
   if (participant_ == nullptr) return;
   round_trips_.reset();
   participant_->set_listener(nullptr);
@@ -197,13 +202,20 @@ Result<void> DdsLink::open() {
   switchOffShortCuts();
   if (profileOf(options_) != "local") round_trips_ = std::make_unique<RoundTrips>();
   const std::string name = "comap/" + roleName(options_.role) + (options_.robot.empty() ? "" : "/" + options_.robot);
+  if (auto asked = askServer(); !asked) return asked;
   const HandshakeRoom room(options_);
   participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
-      static_cast<uint32_t>(options_.domain), participantQos(name, options_), &joins_, dds::StatusMask::none());
+      static_cast<uint32_t>(options_.domain),
+      participantQos(name, options_, discovery_ ? discovery_->port() : uint16_t{0}), &joins_, dds::StatusMask::none());
   if (participant_ == nullptr) {
     return unreachable(options_.keys.empty() ? "joining (are its ports taken?)"
                                              : "joining with link.keys '" + options_.keys +
                                                    "' (are its ports taken? 'fleet keys show' checks the keys)");
+  }
+  if (discovery_) {
+    ParticipantPrefix prefix{};
+    std::copy_n(std::begin(participant_->guid().guidPrefix.value), prefix.size(), prefix.begin());
+    discovery_->follow(prefix);
   }
   const dds::TypeSupport type(new OctetsType);
   if (participant_->register_type(type) != ReturnCode_t::RETCODE_OK) return unreachable("registering the type");
@@ -226,6 +238,18 @@ Result<void> DdsLink::open() {
     if (!out || (options_.role == LinkRole::kCore && isToRobots(topic))) continue;
     if (auto writer = writerOf(topic, options_.robot); !writer) return writer.error();
   }
+  return {};
+}
+
+Result<void> DdsLink::askServer() {
+  if (options_.discovery_server.empty()) return {};
+  const MemberRole role = options_.role == LinkRole::kRobot  ? MemberRole::kRobot
+                          : options_.role == LinkRole::kCore ? MemberRole::kCore
+                                                             : MemberRole::kObserver;
+  auto client = DiscoveryClient::start(
+      {options_.discovery_server, options_.interface_address, options_.domain, options_.site, role, options_.notice});
+  if (!client) return client.error();
+  discovery_ = std::move(*client);
   return {};
 }
 
@@ -425,8 +449,13 @@ Result<void> checkProfile(const DdsLinkOptions& options) {
                                            options.interface_address + "': expected 127.0.0.1, or profile lan or wan"};
   if (!options.core_address.empty() && !isAddress(options.core_address))
     return Error{ErrorCode::kWrongUse, "link.core_address '" + options.core_address + "' is no IPv4 address"};
-  if (profile == "wan" && options.role != LinkRole::kCore && options.core_address.empty())
-    return Error{ErrorCode::kWrongUse, "link.profile wan has no multicast: link.core_address must name the core"};
+  if (!options.discovery_server.empty())
+    if (auto parsed = parseHostPort(options.discovery_server, "link.discovery_server"); !parsed) return parsed.error();
+  if (profile == "wan" && options.role != LinkRole::kCore && options.core_address.empty() &&
+      options.discovery_server.empty())
+    return Error{ErrorCode::kWrongUse,
+                 "link.profile wan has no multicast: link.core_address must name the core, or link.discovery_server a "
+                 "discovery server"};
   return {};
 }
 

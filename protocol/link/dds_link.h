@@ -19,11 +19,13 @@ struct DdsLinkOptions {
   /// 127.*: nothing leaves the machine.
   std::string interface_address = "127.0.0.1";
   /// "local": one machine, large datagrams. "lan": datagrams that need no IP fragments, discovery by multicast on the
-  /// interface. "wan": as lan, but without multicast: robots are told the core's address. "auto": local on 127.*,
-  /// else lan.
+  /// interface. "wan": as lan, but without multicast: robots are told an address. "auto": local on 127.*, else lan.
   std::string profile = "auto";
   std::string core_address = {};  ///< wan, robots and observers: IPv4 address of the core
-  int max_blocking_ms = 10000;    ///< that publish waits for room among keyframes that nobody takes
+  /// HOST or HOST:PORT of a discovery server; then there is no multicast, whatever the profile. Without an answer it is
+  /// tried for ever, and the link is there and has no peers.
+  std::string discovery_server = {};
+  int max_blocking_ms = 10000;  ///< that publish waits for room among keyframes that nobody takes
   /// Folder of this participant's keys, as `fleet keys` makes it; messages are then encrypted and each is from whom it
   /// says. Empty: clear text.
   std::string keys = {};

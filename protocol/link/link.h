@@ -51,6 +51,9 @@ class Link {
 
   /// Peers seen at the other end now: cores for a robot, robots for a core.
   virtual int peers() const = 0;
+
+  /// What is known to keep peers from being found, in a sentence; empty if nothing is.
+  virtual std::string trouble() const { return {}; }
 };
 
 }  // namespace comap

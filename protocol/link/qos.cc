@@ -66,7 +66,8 @@ std::string profileOf(const DdsLinkOptions& options) {
   return options.interface_address.starts_with("127.") ? "local" : "lan";
 }
 
-dds::DomainParticipantQos participantQos(const std::string& name, const DdsLinkOptions& options) {
+dds::DomainParticipantQos participantQos(const std::string& name, const DdsLinkOptions& options,
+                                         uint16_t introducer_port) {
   dds::DomainParticipantQos qos;
   qos.name(name);
   const std::string profile = profileOf(options);
@@ -85,15 +86,21 @@ dds::DomainParticipantQos participantQos(const std::string& name, const DdsLinkO
   auto& builtin = qos.wire_protocol().builtin;
   builtin.discovery_config.leaseDuration = eprosima::fastrtps::Duration_t(kLease_s, 0);
   builtin.discovery_config.leaseDuration_announcementperiod = eprosima::fastrtps::Duration_t(kLease_s / 5, 0);
-  if (profile == "wan") {
+  if (profile == "wan" || introducer_port != 0) {
     // With a listening address of its own and someone to write to, a participant neither joins nor uses multicast.
-    // A core looks to its own address, where there is nobody else: robots come to it.
-    eprosima::fastrtps::rtps::Locator_t own, peer;
+    eprosima::fastrtps::rtps::Locator_t own;
     eprosima::fastrtps::rtps::IPLocator::setIPv4(own, options.interface_address);
-    eprosima::fastrtps::rtps::IPLocator::setIPv4(
-        peer, options.core_address.empty() ? options.interface_address : options.core_address);
     builtin.metatrafficUnicastLocatorList.push_back(own);
-    builtin.initialPeersList.push_back(peer);
+    const auto lookAt = [&builtin](const std::string& address, uint16_t port) {
+      eprosima::fastrtps::rtps::Locator_t peer;
+      eprosima::fastrtps::rtps::IPLocator::setIPv4(peer, address);
+      peer.port = port;
+      builtin.initialPeersList.push_back(peer);
+    };
+    if (introducer_port != 0) lookAt(options.interface_address, introducer_port);
+    // A core looks to its own address, where there is nobody else: robots come to it.
+    if (introducer_port == 0 || !options.core_address.empty())
+      lookAt(options.core_address.empty() ? options.interface_address : options.core_address, 0);
   }
   secure(options, qos);
   return qos;

@@ -17,9 +17,11 @@ inline constexpr int kLease_s = 10;
 /// The profile of `options`, "auto" resolved.
 std::string profileOf(const DdsLinkOptions& options);
 
-/// UDP on the one interface. Profiles lan and wan: in datagrams that need no IP fragments; wan: no multicast, whoever
-/// has a core_address looks there.
-eprosima::fastdds::dds::DomainParticipantQos participantQos(const std::string& name, const DdsLinkOptions& options);
+/// UDP on the one interface. Profiles lan and wan: in datagrams that need no IP fragments. wan, or with a discovery
+/// server: no multicast; whoever has a core_address looks there, and at `introducer_port` of the interface if it is not
+/// 0.
+eprosima::fastdds::dds::DomainParticipantQos participantQos(const std::string& name, const DdsLinkOptions& options,
+                                                            uint16_t introducer_port = 0);
 /// How long a write to `topic` waits for room: only keyframes are waited with, all else comes again by itself.
 int maxBlocking_ms(Topic topic, int max_blocking_ms);
 /// `max_blocking_ms`: how long a reader that takes nothing can hold the writer.

@@ -66,6 +66,11 @@ int RoamingLink::peers() const {
   return link_ ? link_->peers() : 0;
 }
 
+std::string RoamingLink::trouble() const {
+  const std::lock_guard lock(mutex_);
+  return link_ ? link_->trouble() : "interface " + interface_ + " has no IPv4 address now";
+}
+
 std::shared_ptr<Link> RoamingLink::current() {
   (void)bool(follow());  // tried again after kLookEvery
   const std::lock_guard lock(mutex_);

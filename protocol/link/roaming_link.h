@@ -31,6 +31,7 @@ class RoamingLink : public Link {
   bool delivered(Topic topic, const std::string& robot) const override;
   std::optional<Delivery> receive(std::chrono::milliseconds timeout) override;
   int peers() const override;
+  std::string trouble() const override;
 
  private:
   std::shared_ptr<Link> current();

@@ -9,6 +9,8 @@ void addServiceOptions(CLI::App& app, ServiceArguments& arguments, const std::st
   app.add_option("--core-site", arguments.site, site);
   app.add_option("--domain", arguments.domain, "DDS domain")->check(CLI::Range(0, 230));
   app.add_option("--interface", arguments.interface_address, "Network interface to use: its IPv4 address, or its name");
+  app.add_option("--discovery", arguments.discovery,
+                 "HOST or HOST:PORT of a discovery server, for networks without multicast");
   app.add_option("--keys", arguments.keys, "Folder of this program's keys, made by fleet keys: messages are encrypted");
   app.add_flag("--insecure", arguments.insecure, "Allow clear text on an interface other than loopback");
   app.add_option("--report", arguments.report, "Write what was done to this JSON file at the end");
@@ -32,6 +34,7 @@ Result<void> apply(const ServiceArguments& arguments, const std::string& program
   if (!arguments.site.empty()) link.site = arguments.site;
   if (!arguments.interface_address.empty()) link.interface_address = arguments.interface_address;
   if (arguments.domain >= 0) link.domain = arguments.domain;
+  if (!arguments.discovery.empty()) link.discovery_server = arguments.discovery;
   if (!arguments.keys.empty()) link.keys = arguments.keys;
   link.insecure = link.insecure || arguments.insecure;
   if (arguments.status_port >= 0) telemetry.status_port = arguments.status_port;

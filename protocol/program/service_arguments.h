@@ -11,7 +11,7 @@
 namespace comap {
 
 struct ServiceArguments {
-  std::string config, site, interface_address, keys, report, status_address, log_format, trace;
+  std::string config, site, interface_address, discovery, keys, report, status_address, log_format, trace;
   int domain = -1, status_port = -1;  // -1: not given
   bool insecure = false, health = false, ros2 = false, print_config = false, check_config = false;
 };

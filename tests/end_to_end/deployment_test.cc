@@ -16,6 +16,7 @@
 
 #include "edge_agent/agent_metrics.h"
 #include "mapping_core/service/core_config.h"
+#include "protocol/discovery/endpoint.h"
 #include "tests/end_to_end/background.h"
 #include "tests/end_to_end/flat_test.h"
 #include "tests/protocol/telemetry/http_get.h"
@@ -154,6 +155,14 @@ TEST_F(Deployment, APortThatIsTakenIsSaid) {
   EXPECT_NE(run.err.find(port), std::string::npos) << run.err;
 }
 
+// The command of a discovery server takes its options: with one that it has not, it would end with 2.
+void expectServesDiscovery(const YAML::Node& command) {
+  std::string words;
+  for (const auto& word : command) words += word.as<std::string>() + " ";
+  EXPECT_TRUE(words.starts_with("fleet discovery ")) << words;
+  EXPECT_EQ(runProgram(words + "--listen 127.0.0.1:1 --ask 127.0.0.1:1").exit_code, 3) << words;
+}
+
 // A run under a wrong option would end at once, in somebody's cluster.
 TEST(DeploymentFiles, ComposeStartsProgramsThatTakeTheirOptions) {
   const YAML::Node compose = YAML::LoadFile(kContainers + "compose.yaml");
@@ -189,6 +198,7 @@ TEST(DeploymentFiles, ComposeStartsProgramsThatTakeTheirOptions) {
     ++checked;
   }
   EXPECT_EQ(checked, 4u);
+  expectServesDiscovery(services["discovery"]["entrypoint"]);
 }
 
 TEST(DeploymentFiles, KubernetesManifestHoldsTogether) {
@@ -226,6 +236,17 @@ TEST(DeploymentFiles, KubernetesManifestHoldsTogether) {
   const auto config = readCoreConfig(folder.path("core.yaml"));
   ASSERT_TRUE(config) << config.error().text;
   EXPECT_EQ(config->telemetry.status_port, core["ports"][0]["containerPort"].as<int>());
+
+  std::map<std::string, YAML::Node> discovery;
+  for (const YAML::Node& document : YAML::LoadAllFromFile(kContainers + "kubernetes/discovery.yaml"))
+    discovery[document["kind"].as<std::string>()] = document;
+  const YAML::Node server = discovery.at("Deployment")["spec"]["template"]["spec"]["containers"][0];
+  expectServesDiscovery(server["command"]);
+  const auto known = parseHostPort(config->link.discovery_server, "link.discovery_server");
+  ASSERT_TRUE(known) << known.error().text;
+  EXPECT_EQ(known->host, discovery.at("Service")["metadata"]["name"].as<std::string>());
+  EXPECT_EQ(known->port, discovery.at("Service")["spec"]["ports"][0]["port"].as<int>());
+  EXPECT_EQ(known->port, server["ports"][0]["containerPort"].as<int>());
 }
 
 }  // namespace

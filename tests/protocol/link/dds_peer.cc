@@ -1,5 +1,5 @@
 // One end of a link, in a process (and network) of its own: a robot that sends keyframes, or a core that answers them.
-//   dds_peer core|robot INTERFACE PROFILE CORE_ADDRESS|- KEYS|- KEYFRAMES
+//   dds_peer core|robot INTERFACE PROFILE CORE_ADDRESS|DISCOVERY:PORT|- KEYS|- KEYFRAMES
 // Every payload repeats a known pattern. Exit code 0 if all came, whole, and was answered; else the step that failed.
 #include <algorithm>
 #include <chrono>
@@ -73,7 +73,8 @@ int main(int argc, char** argv) {
   options.robot = core ? "" : "a";
   options.interface_address = argv[2];
   options.profile = argv[3];
-  if (std::string(argv[4]) != "-") options.core_address = argv[4];
+  const std::string known = argv[4];
+  if (known != "-") (known.find(':') == std::string::npos ? options.core_address : options.discovery_server) = known;
   if (std::string(argv[5]) != "-") options.keys = argv[5];
   options.insecure = options.keys.empty();
   options.notice = [](const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); };

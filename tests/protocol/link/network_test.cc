@@ -1,5 +1,5 @@
-// Links between two network namespaces, joined by a wire that is listened to: what leaves the machine, and that it
-// arrives. Needs root.
+// Links between two network namespaces, joined by a wire that is listened to, or by a router: what leaves the machine,
+// and that it arrives. Needs root.
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -17,6 +17,7 @@
 #include <cstring>
 #include <thread>
 
+#include "protocol/discovery/discovery_server.h"
 #include "tests/protocol/link/site_keys.h"
 
 extern char** environ;
@@ -26,11 +27,20 @@ namespace {
 
 constexpr const char* kCoreAddress = "10.78.0.1";
 constexpr const char* kRobotAddress = "10.78.0.2";
+constexpr const char* kFarRobotAddress = "10.79.0.2";                         // behind the router
+constexpr Endpoint kServer{0x0a4e00fe, 7399};                                 // 10.78.0.254, the router itself
 constexpr std::string_view kPattern = "comap-test-pattern-0123456789ABCDEF";  // as dds_peer's
 
 int runCommand(const std::string& command) {
   const int status = std::system((command + " 2>/dev/null").c_str());
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+bool enter(const std::string& space) {
+  const int file = open(("/run/netns/" + space).c_str(), O_RDONLY | O_CLOEXEC);
+  const bool entered = file >= 0 && setns(file, CLONE_NEWNET) == 0;
+  if (file >= 0) close(file);
+  return entered;
 }
 
 // Two namespaces and a wire between them; no route to anywhere else.
@@ -56,6 +66,43 @@ class Wire {
   bool made_ = true;
 };
 
+// Core and robot in two networks, which only a router joins; it lets no multicast through, and a discovery server runs
+// on it.
+class RoutedNetworks {
+ public:
+  RoutedNetworks() {
+    for (const std::string& name : {Wire::core(), Wire::robot(), router()})
+      made_ = runCommand("ip netns add " + name) == 0 && runCommand("ip -n " + name + " link set lo up") == 0 && made_;
+    made_ = made_ && runCommand("ip netns exec " + router() + " sysctl -qw net.ipv4.ip_forward=1") == 0;
+    for (const auto& [name, address, near, net] : {std::tuple(Wire::core(), kCoreAddress, "v1", "10.78.0"),
+                                                   std::tuple(Wire::robot(), kFarRobotAddress, "v2", "10.79.0")})
+      made_ = made_ &&
+              runCommand("ip link add v0 netns " + name + " type veth peer name " + near + " netns " + router()) == 0 &&
+              runCommand("ip -n " + router() + " addr add " + net + ".254/24 dev " + near) == 0 &&
+              runCommand("ip -n " + router() + " link set " + near + " up") == 0 &&
+              runCommand("ip -n " + name + " addr add " + address + "/24 dev v0") == 0 &&
+              runCommand("ip -n " + name + " link set v0 up") == 0 &&
+              runCommand("ip -n " + name + " route add default via " + net + ".254") == 0;
+  }
+  ~RoutedNetworks() {
+    for (const std::string& name : {Wire::core(), Wire::robot(), router()}) runCommand("ip netns del " + name);
+  }
+  bool made() const { return made_; }
+  static std::string router() { return "comap-router-" + std::to_string(getpid()); }
+  /// Threads begin in the network of who starts them.
+  static std::unique_ptr<DiscoveryServer> serve() {
+    std::unique_ptr<DiscoveryServer> server;
+    std::thread([&] {
+      if (!enter(router())) return;
+      if (auto started = DiscoveryServer::start(kServer, [](const std::string&) {})) server = std::move(*started);
+    }).join();
+    return server;
+  }
+
+ private:
+  bool made_ = true;
+};
+
 // Counts what passes the core's end of the wire.
 class Capture {
  public:
@@ -75,9 +122,7 @@ class Capture {
  private:
   void listen() {
     // A thread may live in another network than its process.
-    const int space = open(("/run/netns/" + Wire::core()).c_str(), O_RDONLY | O_CLOEXEC);
-    listening = space >= 0 && setns(space, CLONE_NEWNET) == 0;
-    if (space >= 0) close(space);
+    listening = enter(Wire::core());
     const int wire = socket(AF_PACKET, SOCK_DGRAM | SOCK_CLOEXEC, htons(ETH_P_IP));
     const timeval patience{0, 100000};
     const int room = 64 << 20;
@@ -156,6 +201,29 @@ TEST_P(Network, CarriesKeyframesUpAndTilesDown) {
     EXPECT_EQ(capture.with_pattern, 0) << "of " << capture.datagrams << " datagrams";
   else
     EXPECT_GT(capture.with_pattern, 1000) << "else its absence elsewhere shows nothing";
+}
+
+TEST_P(Network, ThroughARouterADiscoveryServerIsEnough) {
+  if (geteuid() != 0) GTEST_SKIP() << "needs root for network namespaces";
+  const RoutedNetworks networks;
+  if (!networks.made()) GTEST_SKIP() << "this kernel or container allows no network namespaces";
+  const auto server = RoutedNetworks::serve();
+  ASSERT_TRUE(server);
+  SiteKeys keys("apart");
+  const std::string core_keys = GetParam().keyed ? keys.of(KeyRole::kCore, "core") : "-";
+  const std::string robot_keys = GetParam().keyed ? keys.of(KeyRole::kRobot, "a") : "-";
+  Capture capture;
+  ASSERT_TRUE(capture.listening);
+  const pid_t core = start(Wire::core(), {"core", kCoreAddress, GetParam().profile, toString(kServer), core_keys, "2"});
+  const pid_t robot =
+      start(Wire::robot(), {"robot", kFarRobotAddress, GetParam().profile, toString(kServer), robot_keys, "2"});
+  EXPECT_EQ(exitCodeOf(robot), 0) << "the step that failed, see dds_peer";
+  EXPECT_EQ(exitCodeOf(core), 0) << "the step that failed, see dds_peer";
+  capture.stop();
+  EXPECT_GT(capture.datagrams, 400);
+  EXPECT_EQ(capture.fragments, 0);
+  EXPECT_EQ(capture.multicast, 0);
+  if (GetParam().keyed) EXPECT_EQ(capture.with_pattern, 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Paths, Network,
