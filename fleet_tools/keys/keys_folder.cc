@@ -49,10 +49,17 @@ Result<std::string> readFile(const std::string& path) {
 }
 
 std::string authorityFolder(const std::string& dir) { return dir + "/authority"; }
+// A copy of each certificate stays with the authority, so that a key can be revoked whose folder is gone.
+std::string issuedFolder(const std::string& dir) { return authorityFolder(dir) + "/issued"; }
+
+bool isThere(const std::string& path) {
+  std::error_code ignored;
+  return fs::exists(path, ignored);
+}
 
 Result<Authority> openAuthority(const std::string& dir) {
   const std::string folder = authorityFolder(dir);
-  if (!fs::exists(folder + "/key.pem"))
+  if (!isThere(folder + "/key.pem"))
     return Error{ErrorCode::kUnreachable,
                  dir + ": holds no authority ('" + folder + "/key.pem' is not there): make one with 'fleet keys init'"};
   const auto certificate = readFile(folder + "/authority.pem");
@@ -62,6 +69,33 @@ Result<Authority> openAuthority(const std::string& dir) {
   auto authority = Authority::fromPem(*certificate, *key);
   if (!authority) return Error{authority.error().code, folder + ": " + authority.error().text};
   return authority;
+}
+
+// The certificates of NAME that are not revoked yet, by serial; that of its folder last. Of the copies that stay with
+// the authority as well: the folder may be gone.
+Result<std::vector<std::pair<std::string, std::string>>> certificatesOf(const std::string& dir,
+                                                                        const std::string& name) {
+  std::vector<std::pair<std::string, std::string>> found;
+  const auto add = [&](const std::string& path) -> Result<void> {
+    Credentials files = credentialsIn(authorityFolder(dir));
+    files.certificate = path;
+    const auto facts = factsOf(files, std::time(nullptr));
+    if (!facts) return facts.error();
+    const auto pem = readFile(path);
+    if (!pem) return pem.error();
+    const bool known = facts->revoked || std::any_of(found.begin(), found.end(),
+                                                     [&](const auto& each) { return each.first == facts->serial; });
+    if (!known && facts->participant.name == name) found.emplace_back(facts->serial, *pem);
+    return {};
+  };
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(issuedFolder(dir), none))
+    if (entry.path().filename().string().starts_with(name + "-"))
+      if (auto added = add(entry.path().string()); !added) return added.error();
+  const std::string own = credentialsIn(dir + "/" + name).certificate;
+  if (isThere(own))
+    if (auto added = add(own); !added) return added.error();
+  return found;
 }
 
 // "authority" and "revoked" are folders of their own.
@@ -97,7 +131,7 @@ Result<void> addParticipant(const std::string& dir, KeyRole role, const std::str
   const auto authority = openAuthority(dir);
   if (!authority) return authority.error();
   const std::string folder = dir + "/" + name;
-  if (fs::exists(folder))
+  if (isThere(folder))
     return Error{ErrorCode::kWrongUse,
                  folder +
                      ": there are keys of that name already, and keys are never overwritten: choose another name, "
@@ -124,6 +158,12 @@ Result<void> addParticipant(const std::string& dir, KeyRole role, const std::str
         std::pair(files.governance, *governance), std::pair(files.permissions, *permissions),
         std::pair(files.revoked, *revoked)})
     if (auto written = writeNew(path, content, kForAll); !written) return written;
+  const auto facts = factsOf(files, std::time(nullptr));
+  if (!facts) return facts.error();
+  if (!isThere(issuedFolder(dir)))
+    if (auto made = makeFolder(issuedFolder(dir)); !made) return made;
+  const std::string copy = issuedFolder(dir) + "/" + name + "-" + facts->serial + ".pem";
+  if (auto written = writeNew(copy, issued->certificate, kForAll); !written) return written;
   if (rename(draft.c_str(), folder.c_str()) != 0) return cannot(folder, "cannot be made");
   return {};
 }
@@ -134,17 +174,22 @@ Result<std::vector<std::string>> revokeParticipant(const std::string& dir, const
   const auto authority = openAuthority(dir);
   if (!authority) return authority.error();
   const std::string folder = dir + "/" + name;
-  if (!fs::exists(folder))
+  const auto certificates = certificatesOf(dir, name);
+  if (!certificates) return certificates.error();
+  if (certificates->empty() && isThere(folder))
+    return Error{ErrorCode::kUnreachable, folder + ": its certificate.pem is gone, and " + issuedFolder(dir) +
+                                              " has no copy of it: without its serial number it cannot be revoked; "
+                                              "make a new authority and all keys anew"};
+  if (certificates->empty())
     return Error{ErrorCode::kWrongUse, dir + ": there are no keys of '" + name + "' ('fleet keys show' lists them)"};
-  const auto facts = factsOf(credentialsIn(folder), std::time(nullptr));
-  if (!facts) return facts.error();
-  const auto certificate = readFile(credentialsIn(folder).certificate);
-  if (!certificate) return certificate.error();
   const std::string list = authorityFolder(dir) + "/revoked.pem";
   const auto before = readFile(list);
   if (!before) return before.error();
-  const auto after = authority->revoke(*before, *certificate);
-  if (!after) return after.error();
+  Result<std::string> after = *before;
+  for (const auto& [serial, certificate] : *certificates) {
+    after = authority->revoke(*after, certificate);
+    if (!after) return after.error();
+  }
   if (auto written = writeWholeFile(list, *after); !written) return written.error();
   auto names = participantsIn(dir);
   if (!names) return names.error();
@@ -154,10 +199,11 @@ Result<std::vector<std::string>> revokeParticipant(const std::string& dir, const
       return written.error();
     if (each != name && !each.starts_with("revoked/")) others.push_back(dir + "/" + each);
   }
-  std::error_code error;
-  if (!fs::exists(dir + "/revoked", error))
+  if (!isThere(folder)) return others;
+  if (!isThere(dir + "/revoked"))
     if (auto made = makeFolder(dir + "/revoked"); !made) return made.error();
-  fs::rename(folder, dir + "/revoked/" + name + "-" + facts->serial, error);
+  std::error_code error;
+  fs::rename(folder, dir + "/revoked/" + name + "-" + certificates->rbegin()->first, error);
   if (error) return Error{ErrorCode::kUnreachable, folder + ": is revoked, but cannot be moved: " + error.message()};
   return others;
 }
@@ -168,7 +214,7 @@ Result<std::vector<std::string>> participantsIn(const std::string& dir) {
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(dir + "/" + below, error)) {
       const std::string name = entry.path().filename().string();
-      const bool has_keys = fs::exists(entry.path() / "certificate.pem") || fs::exists(entry.path() / "key.pem");
+      const bool has_keys = isThere(entry.path() / "certificate.pem") || isThere(entry.path() / "key.pem");
       if (name.starts_with(".") || name == "authority" || !has_keys) continue;
       names.push_back(below + name);
     }

@@ -47,8 +47,8 @@ int revoke(const KeysArguments& arguments) {
   const auto others = revokeParticipant(arguments.dir, arguments.name);
   if (!others) return failWith(others.error());
   std::printf(
-      "'%s' is revoked. Copy revoked.pem from these folders to their machines, and start their programs anew "
-      "(the core first: it takes the list in when it starts):\n",
+      "'%s' is revoked. Copy revoked.pem from these folders to the keys of their machines, the core's first; programs "
+      "that run notice it within seconds:\n",
       arguments.name.c_str());
   for (const std::string& folder : *others) std::printf("  %s/revoked.pem\n", folder.c_str());
   return 0;
@@ -57,7 +57,8 @@ int revoke(const KeysArguments& arguments) {
 // One participant's own folder, or all of an authority's.
 int show(const KeysArguments& arguments) {
   std::vector<std::string> folders;
-  if (std::filesystem::exists(credentialsIn(arguments.dir).certificate)) {
+  std::error_code ignored;
+  if (std::filesystem::exists(credentialsIn(arguments.dir).certificate, ignored)) {
     folders = {arguments.dir};
   } else {
     const auto names = participantsIn(arguments.dir);
@@ -66,7 +67,7 @@ int show(const KeysArguments& arguments) {
   }
   if (!arguments.name.empty()) {
     folders = {arguments.dir + "/" + arguments.name};
-    if (!std::filesystem::exists(folders.front()))
+    if (!std::filesystem::exists(folders.front(), ignored))
       return failWith({ErrorCode::kWrongUse, arguments.dir + ": there are no keys of '" + arguments.name + "'"});
   }
   int worst = 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <ctime>
 #include <memory>
 #include <set>
 
@@ -13,6 +14,7 @@
 #include "fleet_tools/replay/replay_compare.h"
 #include "fleet_tools/replay/run_folder.h"
 #include "fleet_tools/replay/run_outputs.h"
+#include "protocol/keys/credentials.h"
 
 namespace comap {
 namespace {
@@ -207,6 +209,18 @@ int runCompare(ReplayArguments& arguments) {
   return 0;
 }
 
+// Before anything is started: the core's and each robot's.
+Result<void> checkKeysFor(const ReplayOptions& options) {
+  if (options.keys.empty()) return {};
+  std::vector<std::string> names = {"core"};
+  for (const ReplayRobot& robot : options.robots) names.push_back(robot.name);
+  for (const std::string& name : names) {
+    const auto owner = checkCredentials(credentialsIn(options.keys + "/" + name), std::time(nullptr));
+    if (!owner) return Error{owner.error().code, "--keys " + options.keys + ": " + owner.error().text};
+  }
+  return {};
+}
+
 int run(ReplayArguments& arguments) {
   if (arguments.side_by_side) {
     if (arguments.seeds > 0) return failWith({ErrorCode::kWrongUse, "--compare: takes no --seeds"});
@@ -239,6 +253,7 @@ int run(ReplayArguments& arguments) {
           {ErrorCode::kWrongUse,
            "robot " + robot.name + ": a camera cannot be replayed, record it first: " + "edge_agent --record"});
   }
+  if (auto checked = checkKeysFor(arguments.options); !checked) return failWith(checked.error());
   if (auto prepared = prepareRunFolder(arguments.options.out, arguments.overwrite); !prepared)
     return failWith(prepared.error());
   if (arguments.side_by_side) return runCompare(arguments);

@@ -21,6 +21,12 @@ struct RecoverArguments {
   StoreChange change;  // of the new store
 };
 
+void removeStore(const std::string& path) {
+  std::error_code ignored;
+  for (const char* part : {"", "-wal", "-shm"}) std::filesystem::remove(path + part, ignored);
+}
+
+// Under another name until all that is whole is in it: half of it would look like a whole store.
 Result<StoreSurvey> save(const RecoverArguments& arguments) {
   std::error_code code;
   if (std::filesystem::exists(arguments.change.store, code))
@@ -29,13 +35,19 @@ Result<StoreSurvey> save(const RecoverArguments& arguments) {
   if (!lock) return lock.error();
   auto survey = surveyStore(arguments.damaged);
   if (!survey) return survey;
-  auto store = MapStore::open(arguments.change.store, MapStore::Mode::kCreateOrOpen);
-  if (!store) return store.error();
-  if (auto saved = saveWhole(*survey, *store); !saved) {
-    store = Error{saved.error()};  // closes it
-    for (const char* part : {"", "-wal", "-shm"}) std::filesystem::remove(arguments.change.store + part, code);
-    return saved.error();
+  const std::string draft = arguments.change.store + ".part";
+  removeStore(draft);  // of a start that was interrupted
+  {
+    auto store = MapStore::open(draft, MapStore::Mode::kCreateOrOpen);
+    if (!store) return store.error();
+    if (auto saved = saveWhole(*survey, *store); !saved) {
+      store = Error{saved.error()};  // closes it
+      removeStore(draft);
+      return saved.error();
+    }
   }
+  std::filesystem::rename(draft, arguments.change.store, code);
+  if (code) return Error{ErrorCode::kUnreachable, draft + ": cannot be renamed: " + code.message()};
   return survey;
 }
 

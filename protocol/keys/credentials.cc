@@ -39,8 +39,24 @@ Result<Parsed> parse(const Credentials& files) {
   return parsed;
 }
 
+std::string hexOf(const ASN1_INTEGER* number) {
+  const std::unique_ptr<BIGNUM, FreeWith<BN_free>> value(ASN1_INTEGER_to_BN(number, nullptr));
+  char* hex = BN_bn2hex(value.get());
+  std::string text = hex != nullptr ? hex : "";
+  OPENSSL_free(hex);
+  return text;
+}
+
+std::set<std::string> serialsIn(X509_CRL* list) {
+  std::set<std::string> serials;
+  const auto* entries = X509_CRL_get_REVOKED(list);
+  for (int i = 0; i < sk_X509_REVOKED_num(entries); ++i)
+    serials.insert(hexOf(X509_REVOKED_get0_serialNumber(sk_X509_REVOKED_value(entries, i))));
+  return serials;
+}
+
 // OpenSSL's verdict on the certificate, in the words of who has to act on it; empty if it counts.
-std::string refusalOf(const Parsed& parsed, const Credentials& files, std::time_t now) {
+std::string refusalOf(const Parsed& parsed, const Credentials& files, std::time_t now, bool& revoked) {
   const StoreHandle store(X509_STORE_new());
   X509_STORE_add_cert(store.get(), parsed.authority.get());
   X509_STORE_add_crl(store.get(), parsed.revoked.get());
@@ -50,6 +66,7 @@ std::string refusalOf(const Parsed& parsed, const Credentials& files, std::time_
   X509_STORE_CTX_set_flags(context.get(), X509_V_FLAG_CRL_CHECK | X509_V_FLAG_CHECK_SS_SIGNATURE);
   if (X509_verify_cert(context.get()) == 1) return {};
   const int code = X509_STORE_CTX_get_error(context.get());
+  revoked = code == X509_V_ERR_CERT_REVOKED;
   const bool of_authority = X509_STORE_CTX_get_error_depth(context.get()) > 0;
   const X509* judged = of_authority ? parsed.authority.get() : parsed.certificate.get();
   const std::string& path = of_authority ? files.authority : files.certificate;
@@ -122,19 +139,22 @@ Result<CertificateFacts> factsOf(const Credentials& credentials, std::time_t now
   const X509* certificate = parsed->certificate.get();
   const auto participant = participantOf(X509_get_subject_name(certificate), credentials.certificate);
   if (!participant) return participant.error();
-  const std::unique_ptr<BIGNUM, FreeWith<BN_free>> serial(
-      ASN1_INTEGER_to_BN(X509_get0_serialNumber(certificate), nullptr));
-  char* hex = BN_bn2hex(serial.get());
-  CertificateFacts facts{*participant, utcText(X509_get0_notBefore(certificate)),
-                         utcText(X509_get0_notAfter(certificate)), hex, refusalOf(*parsed, credentials, now)};
-  OPENSSL_free(hex);
+  CertificateFacts facts{*participant,
+                         utcText(X509_get0_notBefore(certificate)),
+                         utcText(X509_get0_notAfter(certificate)),
+                         hexOf(X509_get0_serialNumber(certificate)),
+                         {},
+                         false,
+                         serialsIn(parsed->revoked.get())};
+  facts.refusal = refusalOf(*parsed, credentials, now, facts.revoked);
   return facts;
 }
 
 Result<Participant> checkCredentials(const Credentials& credentials, std::time_t now) {
   const auto parsed = parse(credentials);
   if (!parsed) return parsed.error();
-  if (const std::string refusal = refusalOf(*parsed, credentials, now); !refusal.empty())
+  bool revoked = false;
+  if (const std::string refusal = refusalOf(*parsed, credentials, now, revoked); !refusal.empty())
     return Error{ErrorCode::kBadData, refusal};
   const auto participant = participantOf(X509_get_subject_name(parsed->certificate.get()), credentials.certificate);
   if (!participant) return participant.error();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ctime>
+#include <set>
 #include <string>
 
 #include "protocol/keys/participant.h"
@@ -26,6 +27,8 @@ struct CertificateFacts {
   std::string valid_from, valid_until;  ///< UTC
   std::string serial;                   ///< hexadecimal
   std::string refusal;                  ///< why it does not count now; empty: it does
+  bool revoked = false;                 ///< that is why
+  std::set<std::string> all_revoked;    ///< serials in the list of revoked certificates
 };
 
 /// The participant's certificate against its authority, the list of revoked ones and the clock.

@@ -500,9 +500,16 @@ Result<void> checkDdsOptions(const DdsLinkOptions& options) {
 Result<std::unique_ptr<Link>> connectDds(const DdsLinkOptions& options) {
   if (auto checked = checkDdsOptions(options); !checked) return checked.error();
   const bool by_name = if_nametoindex(options.interface_address.c_str()) != 0;
-  if (!by_name) return openOn(options, options.interface_address);
+  if (!by_name && options.keys.empty()) return openOn(options, options.interface_address);
+  const auto addressNow = [by_name, interface = options.interface_address] {
+    return by_name ? ownAddress(interface) : interface;
+  };
+  std::optional<Revocations> revocations;
+  const auto silence = [](const std::string&) {};
+  if (!options.keys.empty()) revocations.emplace(options.keys, options.notice ? options.notice : silence);
   auto roaming = std::make_unique<RoamingLink>(
-      options.interface_address, [options](const std::string& address) { return openOn(options, address); });
+      options.interface_address, addressNow, [options](const std::string& address) { return openOn(options, address); },
+      std::move(revocations));
   if (auto opened = roaming->follow(); !opened) return opened.error();
   return std::unique_ptr<Link>(std::move(roaming));
 }

@@ -33,7 +33,9 @@ Result<void> RoamingLink::follow() {
   const auto now = std::chrono::steady_clock::now();
   if (looked_ != std::chrono::steady_clock::time_point() && now - looked_ < kLookEvery) return {};
   looked_ = now;
-  const std::string address = ownAddress(interface_);
+  if (revocations_ && revocations_->look() != Revocations::News::kNone) link_.reset();
+  if (revocations_ && !revocations_->barred().empty()) return {};
+  const std::string address = address_now_();
   if (address == address_ && (link_ || address.empty())) return {};
   link_.reset();
   address_ = address;
@@ -46,8 +48,9 @@ Result<void> RoamingLink::follow() {
 
 Result<void> RoamingLink::publish(Topic topic, const std::string& robot, std::span<const uint8_t> payload) {
   const auto link = current();
-  if (!link) return Error{ErrorCode::kUnreachable, "interface " + interface_ + " has no IPv4 address now"};
-  return link->publish(topic, robot, payload);
+  if (link) return link->publish(topic, robot, payload);
+  const std::lock_guard lock(mutex_);
+  return Error{ErrorCode::kUnreachable, absence()};
 }
 
 bool RoamingLink::delivered(Topic topic, const std::string& robot) const {
@@ -68,7 +71,14 @@ int RoamingLink::peers() const {
 
 std::string RoamingLink::trouble() const {
   const std::lock_guard lock(mutex_);
-  return link_ ? link_->trouble() : "interface " + interface_ + " has no IPv4 address now";
+  return link_ ? link_->trouble() : absence();
+}
+
+// Why there is no link; with mutex_ held.
+std::string RoamingLink::absence() const {
+  if (revocations_ && !revocations_->barred().empty()) return revocations_->barred();
+  return address_.empty() ? "interface " + interface_ + " has no IPv4 address now"
+                          : "the link on " + address_ + " could not be opened again";
 }
 
 std::shared_ptr<Link> RoamingLink::current() {

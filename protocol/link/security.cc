@@ -109,16 +109,23 @@ JoinWatch::JoinWatch(const DdsLinkOptions& options)
 void JoinWatch::onParticipantAuthentication(eprosima::fastdds::dds::DomainParticipant*,
                                             rtps::ParticipantAuthenticationInfo&& info) {
   if (info.status != rtps::ParticipantAuthenticationInfo::UNAUTHORIZED_PARTICIPANT) return;
-  tellOnce(
-      info.guid.guidPrefix,
-      "a participant with keys was not let in: its certificate is revoked, expired or of another authority, or its "
-      "permissions were changed ('fleet keys show' tells on its machine; is the clock of this one right?)");
+  tellOnce(info.guid.guidPrefix,
+           nameOf(info.guid.guidPrefix) +
+               " was not let in: its certificate is revoked, expired or of another authority, or its "
+               "permissions were changed ('fleet keys show' tells on its machine; is the clock of this one right?)");
 }
 
 void JoinWatch::on_participant_discovery(eprosima::fastdds::dds::DomainParticipant*,
                                          rtps::ParticipantDiscoveryInfo&& info) {
-  if (info.status != rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT) return;
+  const bool gone = info.status == rtps::ParticipantDiscoveryInfo::REMOVED_PARTICIPANT ||
+                    info.status == rtps::ParticipantDiscoveryInfo::DROPPED_PARTICIPANT;
   const std::string name = safeName(info.info.m_participantName.to_string());
+  {
+    const std::lock_guard lock(mutex_);
+    if (gone) names_.erase(info.info.m_guid.guidPrefix);
+    if (!gone && names_.size() < kMostTold) names_[info.info.m_guid.guidPrefix] = name;
+  }
+  if (info.status != rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT) return;
   if (!name.starts_with("comap/")) return;  // other programs may share the domain
   const bool peer_secured = info.info.security_attributes_ != 0;
   const auto& who = info.info.m_guid.guidPrefix;
@@ -130,6 +137,12 @@ void JoinWatch::on_participant_discovery(eprosima::fastdds::dds::DomainParticipa
   const std::string* authority = rtps::DataHolderHelper::find_property_value(info.info.identity_token_, "dds.ca.sn");
   if (secured_ && authority != nullptr && *authority != authority_)
     tellOnce(who, name + " has keys of another authority and was not let in: make its keys with this site's");
+}
+
+std::string JoinWatch::nameOf(const rtps::GuidPrefix_t& who) {
+  const std::lock_guard lock(mutex_);
+  const auto it = names_.find(who);
+  return it == names_.end() ? "a participant with keys" : it->second;
 }
 
 void JoinWatch::tellOnce(const rtps::GuidPrefix_t& who, const std::string& text) {

@@ -5,6 +5,7 @@
 #include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
 #include <fastdds/rtps/common/GuidPrefix_t.hpp>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <set>
 #include <string>
@@ -60,6 +61,7 @@ class JoinWatch : public eprosima::fastdds::dds::DomainParticipantListener {
                                 eprosima::fastrtps::rtps::ParticipantDiscoveryInfo&& info) override;
 
  private:
+  std::string nameOf(const eprosima::fastrtps::rtps::GuidPrefix_t& who);
   void tellOnce(const eprosima::fastrtps::rtps::GuidPrefix_t& who, const std::string& text);
 
   const bool secured_;
@@ -67,6 +69,7 @@ class JoinWatch : public eprosima::fastdds::dds::DomainParticipantListener {
   const std::function<void(const std::string&)> notice_;
   std::mutex mutex_;
   std::set<eprosima::fastrtps::rtps::GuidPrefix_t> told_;
+  std::map<eprosima::fastrtps::rtps::GuidPrefix_t, std::string> names_;  // as those give them that are there
 };
 
 }  // namespace comap

@@ -1,7 +1,11 @@
 // A store that a disk has damaged: named, saved, and its map made anew.
+#include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 
+#include "tests/end_to_end/background.h"
 #include "tests/end_to_end/flat_test.h"
 
 namespace comap {
@@ -55,6 +59,21 @@ TEST_F(DamagedStore, IsNamedAndSaved) {
   EXPECT_TRUE(healthy.at("whole").get<bool>()) << healthy.dump(2);
   EXPECT_GT(healthy.at("tiles").get<int>(), 5);
   EXPECT_EQ(runProgram("fleet recover " + store + " --out " + saved).exit_code, 2) << "it is there already";
+
+  // Killed at any time, it leaves nothing under the new name, or all that could be saved.
+  for (const int ms : {100, 200, 300, 450}) {
+    const std::string late = folder_.path("late-" + std::to_string(ms) + ".comap");
+    Background killed("fleet", {"recover", store, "--out", late}, folder_.path("killed.log"));
+    std::this_thread::sleep_for(std::chrono::milliseconds(ms));
+    killed.end(SIGKILL);
+    if (std::filesystem::exists(late))
+      EXPECT_EQ(run("fleet info --json " + late).at("keyframes").get<size_t>(), keyframes - 1) << ms;
+  }
+  const std::string again = folder_.path("again.comap");
+  std::ofstream(again + ".part") << "what a killed one left";
+  run("fleet recover --json " + store + " --out " + again);
+  EXPECT_FALSE(std::filesystem::exists(again + ".part"));
+  EXPECT_EQ(run("fleet info --json " + again).at("keyframes").get<size_t>(), keyframes - 1);
 }
 
 }  // namespace

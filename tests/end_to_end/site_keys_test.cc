@@ -60,7 +60,13 @@ TEST_F(Keys, MissingOrWrongOnesEndTheProgramsWithASentence) {
       "fleet replay --link loopback --keys " + keys_ + " --robot a=" + flat_ + "/a --out " + folder_.path("r"), 2,
       "loopback has no wire");
   expectRefusal("fleet replay --keys " + keys_ + " --robot c=" + flat_ + "/a@0:5 --out " + folder_.path("r"), 3,
-                "keys/c");
+                "--keys " + keys_ + ": " + keys_ + "/c/");
+  EXPECT_FALSE(std::filesystem::exists(folder_.path("r"))) << "told before anything is started";
+  std::filesystem::create_symlink(folder_.path("loop"), folder_.path("loop"));
+  for (const char* verb : {"show ", "revoke ", "add-robot "})
+    expectRefusal("fleet keys " + std::string(verb) + folder_.path("loop") + " a", *verb == 's' ? 2 : 3,
+                  folder_.path("loop"));
+  expectRefusal("fleet keys show " + folder_.path("loop"), 3, folder_.path("loop") + ": cannot be read: ");
 }
 
 TEST_F(Keys, CheckConfigLooksIntoTheFilesOfKeys) {

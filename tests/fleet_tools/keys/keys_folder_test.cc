@@ -111,5 +111,41 @@ TEST(KeysFolder, RevokingCountsEverywhereAndFreesTheName) {
   EXPECT_THAT(factsOf(old, std::time(nullptr))->refusal, HasSubstr("revoked"));
 }
 
+TEST(KeysFolder, AKeyWhoseFolderIsGoneCanBeRevoked) {
+  SiteKeys keys("flat");
+  const std::string core = keys.of(KeyRole::kCore, "core"), stolen = keys.path() + "-stolen";
+  keys.of(KeyRole::kRobot, "a-b");  // another, whose name begins alike
+  fs::rename(keys.of(KeyRole::kRobot, "a"), stolen);
+  const auto others = revokeParticipant(keys.path(), "a");
+  ASSERT_TRUE(others) << others.error().text;
+  EXPECT_THAT(*others, ElementsAre(keys.path() + "/a-b", core));
+  Credentials old = credentialsIn(stolen);
+  old.revoked = core + "/revoked.pem";
+  const auto facts = factsOf(old, std::time(nullptr));
+  EXPECT_TRUE(facts->revoked) << facts->refusal;
+  EXPECT_EQ(facts->all_revoked, std::set<std::string>{facts->serial});
+  EXPECT_TRUE(checkCredentials(credentialsIn(keys.path() + "/a-b"), std::time(nullptr)));
+  EXPECT_FALSE(revokeParticipant(keys.path(), "a")) << "twice";
+  fs::remove_all(stolen);
+  // Of folders that older versions made there is no copy.
+  fs::remove_all(keys.path() + "/authority/issued");
+  fs::remove(keys.path() + "/a-b/certificate.pem");
+  const auto lost = revokeParticipant(keys.path(), "a-b");
+  ASSERT_FALSE(lost);
+  EXPECT_EQ(lost.error().code, ErrorCode::kUnreachable);
+  EXPECT_THAT(lost.error().text, HasSubstr("a-b: its certificate.pem is gone"));
+}
+
+TEST(KeysFolder, AFolderThatCannotBeReadIsSaid) {
+  SiteKeys keys("flat");
+  const std::string loop = keys.path() + "/loop";
+  fs::create_symlink(loop, loop);  // what asks for it throws, if it may
+  for (const Error& error :
+       {participantsIn(loop).error(), revokeParticipant(loop, "a").error(), siteOfKeys(loop).error(),
+        addParticipant(loop, KeyRole::kRobot, "a", validDays(0, 1)).error(),
+        makeKeysFolder(loop, "flat", validDays(0, 1)).error()})
+    EXPECT_THAT(error.text, HasSubstr(loop));
+}
+
 }  // namespace
 }  // namespace comap

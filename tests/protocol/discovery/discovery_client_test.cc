@@ -46,7 +46,7 @@ class Lines {
 // What DDS does: announces itself to the client, and listens on the port that its announcement names.
 class Dds {
  public:
-  explicit Dds(uint8_t number) : socket_(*DatagramSocket::bind({kHere, 0})) {
+  explicit Dds(uint8_t number) : socket_(std::move(*DatagramSocket::bind({kHere, 0}))) {
     prefix_.fill(number);
     const uint16_t port = socket_.port();
     message_ = {'R', 'T', 'P', 'S', 2, 3, 1, 15};

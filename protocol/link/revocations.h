@@ -1,0 +1,48 @@
+// The list of revoked certificates in a folder of keys, while a program runs.
+#pragma once
+
+#include <ctime>
+#include <functional>
+#include <set>
+#include <string>
+
+#include "protocol/keys/credentials.h"
+
+namespace comap {
+
+/// Thread rule: one thread at a time.
+class Revocations {
+ public:
+  /// `keys`: the folder; what it lists now is known. `notice` is told what was found, in a sentence.
+  Revocations(const std::string& keys, std::function<void(const std::string&)> notice);
+
+  enum class News {
+    kNone,
+    kChanged,  ///< others count no longer, or this one counts again: who is connected must prove himself anew
+    kOwnKey,   ///< this participant's own certificate is in the list
+  };
+  /// Looks at the files. A list that cannot be used (half copied, of another authority) is told, and the one before it
+  /// stays in force.
+  News look();
+
+  /// Why this participant's own key counts no longer; empty while it does.
+  const std::string& barred() const { return barred_; }
+
+ private:
+  struct Stamp {
+    timespec changed{};
+    int64_t bytes = -1;
+    bool operator==(const Stamp& other) const {
+      return changed.tv_sec == other.changed.tv_sec && changed.tv_nsec == other.changed.tv_nsec && bytes == other.bytes;
+    }
+  };
+  Stamp stampNow() const;
+
+  const Credentials files_;
+  const std::function<void(const std::string&)> notice_;
+  Stamp judged_, seen_;
+  std::set<std::string> revoked_;
+  std::string barred_;
+};
+
+}  // namespace comap
