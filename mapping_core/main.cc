@@ -65,7 +65,7 @@ Result<CoreConfig> configure(const Arguments& arguments) {
 // The core's own discovery server, if it is to be one; the link is then told to use it.
 Result<std::unique_ptr<DiscoveryServer>> serveDiscovery(int port, DdsLinkOptions& link, const Log& log) {
   if (port == 0) return std::unique_ptr<DiscoveryServer>();
-  const Endpoint everywhere{0, static_cast<uint16_t>(port)}, here{0x7f000001, static_cast<uint16_t>(port)};
+  const Endpoint everywhere{0, static_cast<uint16_t>(port), 0}, here{0x7f000001, static_cast<uint16_t>(port), 0};
   auto server = DiscoveryServer::start(link.interface_address.starts_with("127.") ? here : everywhere,
                                        [log](const std::string& line) { log.info("discovery: " + line); });
   if (server) link.discovery_server = toString(here);

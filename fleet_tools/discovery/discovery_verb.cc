@@ -40,11 +40,11 @@ int serve(const DiscoveryArguments& arguments) {
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  const auto server = DiscoveryServer::start({*address, parsed->port}, [](const std::string& line) {
+  const auto server = DiscoveryServer::start({*address, parsed->port, 0}, [](const std::string& line) {
     std::fprintf(stderr, "fleet discovery: %s\n", line.c_str());
   });
   if (!server) return failWith(server.error());
-  std::fprintf(stderr, "fleet discovery: serves at %s\n", toString({*address, (*server)->port()}).c_str());
+  std::fprintf(stderr, "fleet discovery: serves at %s\n", toString({*address, (*server)->port(), 0}).c_str());
   int signal = 0;
   sigwait(&signals, &signal);
   return 0;

@@ -12,7 +12,7 @@ Result<DiscoveryCounts> askDiscovery(const std::string& server, int domain, cons
   if (!parsed) return parsed.error();
   const auto address = resolve(parsed->host);
   if (!address) return Error{ErrorCode::kUnreachable, "discovery server " + server + ": no such name"};
-  const Endpoint there{*address, parsed->port};
+  const Endpoint there{*address, parsed->port, 0};
   const auto socket = DatagramSocket::bind({});
   if (!socket) return socket.error();
   Note question;
@@ -25,7 +25,7 @@ Result<DiscoveryCounts> askDiscovery(const std::string& server, int domain, cons
       Endpoint from;
       const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(until - now);
       const auto bytes = socket->receive(left + std::chrono::milliseconds(1), from);
-      const auto note = bytes && from == there ? decodeNote(*bytes) : std::nullopt;
+      const auto note = bytes && isSameHostPort(from, there) ? decodeNote(*bytes) : std::nullopt;
       if (note && note->kind == NoteKind::kAnswer && note->site == question.site)
         return DiscoveryCounts{note->counts[0], note->counts[1], note->counts[2], note->count};
     }

@@ -49,7 +49,7 @@ class DiscoveryClient::Work {
         interface_(interface),
         socket_(std::move(socket)),
         site_(siteCode(options_.domain, options_.site)) {
-    if (const auto address = parseAddress(server_.host)) endpoint_ = Endpoint{*address, server_.port};
+    if (const auto address = parseAddress(server_.host)) endpoint_ = Endpoint{*address, server_.port, 0};
   }
 
   uint16_t port() const { return socket_.port(); }
@@ -75,7 +75,7 @@ class DiscoveryClient::Work {
         if (from.address == interface_ && isOwn(*bytes)) {
           announcement_ = *bytes;
           announce(NoteKind::kAnnounce);
-        } else if (endpoint_ && from == *endpoint_) {
+        } else if (endpoint_ && isSameHostPort(from, *endpoint_)) {
           if (const auto note = decodeNote(*bytes)) takeNote(*note);
         }
       }
@@ -95,7 +95,7 @@ class DiscoveryClient::Work {
     const auto now = Clock::now();
     if (lookup_.running()) return;
     if (const auto address = lookup_.take()) {
-      const Endpoint found{*address, server_.port};
+      const Endpoint found{*address, server_.port, 0};
       if (endpoint_ != found) cookie_ = {};
       endpoint_ = found;
       if (!announcement_.empty()) announce(NoteKind::kAnnounce);
@@ -136,7 +136,7 @@ class DiscoveryClient::Work {
         return;
       case NoteKind::kIntroduce:
         if (const auto port = announcedPort(announcement_); port && senderOf(note.announcement))
-          socket_.send({interface_, *port}, note.announcement);
+          socket_.send({interface_, *port, 0}, note.announcement);
         return;
       default:
         return;
@@ -192,7 +192,7 @@ Result<std::unique_ptr<DiscoveryClient>> DiscoveryClient::start(DiscoveryClientO
   // A server on this machine is reached from any of its addresses; all else goes by the one interface.
   const auto address = parseAddress(server->host);
   const bool on_loopback = server->host == "localhost" || (address && (*address & kLoopbackMask) == kLoopback);
-  auto socket = DatagramSocket::bind({on_loopback ? 0 : *interface, 0});
+  auto socket = DatagramSocket::bind({on_loopback ? 0 : *interface, 0, 0});
   if (!socket) return socket.error();
   return std::unique_ptr<DiscoveryClient>(new DiscoveryClient(
       std::make_shared<Work>(std::move(options), std::move(*server), *interface, std::move(*socket))));

@@ -3,6 +3,7 @@
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <netdb.h>
+#include <netinet/in.h>
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
@@ -28,7 +29,7 @@ sockaddr_in socketAddress(const Endpoint& endpoint) {
   return address;
 }
 
-Endpoint endpointOf(const sockaddr_in& address) { return {ntohl(address.sin_addr.s_addr), ntohs(address.sin_port)}; }
+Endpoint endpointOf(const sockaddr_in& address) { return {ntohl(address.sin_addr.s_addr), ntohs(address.sin_port), 0}; }
 
 }  // namespace
 
@@ -83,7 +84,9 @@ Result<DatagramSocket> DatagramSocket::bind(const Endpoint& own) {
   const int waker = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
   sockaddr_in address = socketAddress(own);
   socklen_t size = sizeof address;
-  if (socket < 0 || waker < 0 || ::bind(socket, reinterpret_cast<sockaddr*>(&address), size) != 0 ||
+  const int on = 1;
+  if (socket < 0 || waker < 0 || setsockopt(socket, IPPROTO_IP, IP_PKTINFO, &on, sizeof on) != 0 ||
+      ::bind(socket, reinterpret_cast<sockaddr*>(&address), size) != 0 ||
       getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size) != 0) {
     const Error error{ErrorCode::kUnreachable,
                       "UDP " + toString(own) + " cannot be listened on: " + std::strerror(errno)};
@@ -103,9 +106,26 @@ DatagramSocket::~DatagramSocket() {
 }
 
 void DatagramSocket::send(const Endpoint& to, std::span<const uint8_t> bytes) const {
-  const sockaddr_in address = socketAddress(to);
-  static_cast<void>(
-      sendto(socket_, bytes.data(), bytes.size(), 0, reinterpret_cast<const sockaddr*>(&address), sizeof address));
+  sockaddr_in address = socketAddress(to);
+  iovec part{const_cast<uint8_t*>(bytes.data()), bytes.size()};
+  alignas(cmsghdr) std::array<uint8_t, CMSG_SPACE(sizeof(in_pktinfo))> control{};
+  msghdr message{};
+  message.msg_name = &address;
+  message.msg_namelen = sizeof address;
+  message.msg_iov = &part;
+  message.msg_iovlen = 1;
+  if (to.own_address != 0) {
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
+    cmsghdr* header = CMSG_FIRSTHDR(&message);
+    header->cmsg_level = IPPROTO_IP;
+    header->cmsg_type = IP_PKTINFO;
+    header->cmsg_len = CMSG_LEN(sizeof(in_pktinfo));
+    in_pktinfo info{};
+    info.ipi_spec_dst.s_addr = htonl(to.own_address);
+    std::memcpy(CMSG_DATA(header), &info, sizeof info);
+  }
+  static_cast<void>(sendmsg(socket_, &message, 0));
 }
 
 std::optional<std::vector<uint8_t>> DatagramSocket::receive(std::chrono::milliseconds timeout, Endpoint& from) const {
@@ -118,11 +138,25 @@ std::optional<std::vector<uint8_t>> DatagramSocket::receive(std::chrono::millise
   }
   std::vector<uint8_t> bytes(kMostDatagramBytes);
   sockaddr_in address{};
-  socklen_t size = sizeof address;
-  const ssize_t got = recvfrom(socket_, bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&address), &size);
+  iovec part{bytes.data(), bytes.size()};
+  alignas(cmsghdr) std::array<uint8_t, CMSG_SPACE(sizeof(in_pktinfo))> control{};
+  msghdr message{};
+  message.msg_name = &address;
+  message.msg_namelen = sizeof address;
+  message.msg_iov = &part;
+  message.msg_iovlen = 1;
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
+  const ssize_t got = recvmsg(socket_, &message, 0);
   if (got < 0) return std::nullopt;  // an ICMP error of something sent before counts as nothing
   bytes.resize(static_cast<size_t>(got));
   from = endpointOf(address);
+  for (cmsghdr* header = CMSG_FIRSTHDR(&message); header != nullptr; header = CMSG_NXTHDR(&message, header)) {
+    if (header->cmsg_level != IPPROTO_IP || header->cmsg_type != IP_PKTINFO) continue;
+    in_pktinfo info;
+    std::memcpy(&info, CMSG_DATA(header), sizeof info);
+    from.own_address = ntohl(info.ipi_spec_dst.s_addr);
+  }
   return bytes;
 }
 

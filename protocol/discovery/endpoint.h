@@ -18,8 +18,13 @@ inline constexpr uint16_t kDiscoveryPort = 7399;  ///< below those of DDS
 struct Endpoint {
   uint32_t address = 0;  ///< 10.0.0.1 is 0x0a000001
   uint16_t port = 0;
+  /// Which of this machine's addresses its datagrams come to, and those to it leave from; 0: any. Who asked one address
+  /// takes no answer from another.
+  uint32_t own_address = 0;
   auto operator<=>(const Endpoint&) const = default;
 };
+
+inline bool isSameHostPort(const Endpoint& a, const Endpoint& b) { return a.address == b.address && a.port == b.port; }
 
 /// "10.0.0.1:7399".
 std::string toString(const Endpoint& endpoint);

@@ -486,7 +486,7 @@ Result<void> checkDdsOptions(const DdsLinkOptions& options) {
   const bool by_name = if_nametoindex(options.interface_address.c_str()) != 0;
   if (!by_name && ownAddress(options.interface_address).empty()) {
     return Error{ErrorCode::kUnreachable, "link.interface_address '" + options.interface_address +
-                                              "' is no IPv4 address or network interface of this machine"};
+                                              "' is no IPv4 address or network interface of this machine that is up"};
   }
   if (options.keys.empty() && !options.insecure && options.interface_address.rfind("127.", 0) != 0)
     return Error{ErrorCode::kWrongUse,

@@ -2,6 +2,7 @@
 
 #include <arpa/inet.h>
 #include <ifaddrs.h>
+#include <net/if.h>
 
 #include <thread>
 
@@ -19,6 +20,8 @@ std::string ownAddress(const std::string& interface) {
   std::string found;
   for (const ifaddrs* entry = interfaces; entry != nullptr && found.empty(); entry = entry->ifa_next) {
     if (entry->ifa_addr == nullptr || entry->ifa_addr->sa_family != AF_INET) continue;
+    // On an interface that is down DDS would be deaf for good, whatever becomes of the interface.
+    if ((entry->ifa_flags & (IFF_UP | IFF_RUNNING)) != (IFF_UP | IFF_RUNNING)) continue;
     char text[INET_ADDRSTRLEN];
     const auto* address = reinterpret_cast<const sockaddr_in*>(entry->ifa_addr);
     if (inet_ntop(AF_INET, &address->sin_addr, text, sizeof text) == nullptr) continue;

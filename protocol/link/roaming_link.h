@@ -14,7 +14,8 @@
 
 namespace comap {
 
-/// The IPv4 address of the interface that has this address or this name; empty if there is none now. Of 127.* only
+/// The IPv4 address of the interface that has this address or this name; empty if there is none now, or it is
+/// down. Of 127.* only
 /// 127.0.0.1 is one.
 std::string ownAddress(const std::string& interface);
 

@@ -119,7 +119,7 @@ TEST_F(Deployment, MetricsHealthAndLogsOfARunFitTheDashboardAndTheAlerts) {
   // What a run without matches does not show.
   types.emplace("comap_core_matches_total", "counter");
   types.emplace("comap_core_robot_silent_seconds", "gauge");  // once the robot has ended
-  MetricsPage camera;  // what a run without one does not show
+  MetricsPage camera;                                         // what a run without one does not show
   CaptureHealth health;
   health.hottest_C = 40;
   addCamera(health, {{"robot", "a"}}, camera);

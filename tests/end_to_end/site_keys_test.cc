@@ -1,9 +1,13 @@
 // Keys as people use them: made by fleet, given to the programs.
 #include <gtest/gtest.h>
+#include <signal.h>
 
+#include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <thread>
 
+#include "tests/end_to_end/background.h"
 #include "tests/end_to_end/flat_test.h"
 
 namespace comap {
@@ -64,9 +68,43 @@ TEST_F(Keys, MissingOrWrongOnesEndTheProgramsWithASentence) {
   EXPECT_FALSE(std::filesystem::exists(folder_.path("r"))) << "told before anything is started";
   std::filesystem::create_symlink(folder_.path("loop"), folder_.path("loop"));
   for (const char* verb : {"show ", "revoke ", "add-robot "})
-    expectRefusal("fleet keys " + std::string(verb) + folder_.path("loop") + " a", *verb == 's' ? 2 : 3,
-                  folder_.path("loop"));
+    expectRefusal("fleet keys " + std::string(verb) + folder_.path("loop") + " a", 3, folder_.path("loop"));
   expectRefusal("fleet keys show " + folder_.path("loop"), 3, folder_.path("loop") + ": cannot be read: ");
+}
+
+TEST_F(Keys, ARobotWhoseKeyIsRevokedLosesTheRunningCoreAndAnotherKeepsIt) {
+  const std::string store = folder_.path("m.comap"), robot_a = folder_.path("on-a");
+  std::filesystem::copy(keys_ + "/a", robot_a, std::filesystem::copy_options::recursive);  // nobody brings it the list
+  const std::vector<std::string> common = {"--domain", "92", "--core-site", "flat"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.end(), common.begin(), common.end());
+    return more;
+  };
+  const auto robot = [&](const std::string& name, const std::string& keys, const std::string& patience_s) {
+    return std::make_unique<Background>("edge_agent",
+                                        with({"--robot", name, "--keys", keys, "--source", "tum:" + flat_ + "/" + name,
+                                              "--realtime", "--outbox", folder_.path(), "--patience", patience_s}),
+                                        folder_.path(name + ".log"));
+  };
+  Background core("mapping_core", with({"--store", store, "--keys", keys_ + "/core"}), folder_.path("core.log"));
+  const auto a = robot("a", robot_a, "8"), b = robot("b", keys_ + "/b", "60");
+  const auto await = [&](const std::string& log, const std::string& text) {
+    for (int i = 0; i < 600; ++i) {
+      if (contentOf(folder_.path(log)).find(text) != std::string::npos) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    return false;
+  };
+  ASSERT_TRUE(await("core.log", "robot a is here") && await("core.log", "robot b is here"))
+      << contentOf(folder_.path("core.log"));
+  run("fleet keys revoke " + keys_ + " a");
+  EXPECT_TRUE(await("core.log", "certificates more: joining anew")) << contentOf(folder_.path("core.log"));
+  EXPECT_TRUE(await("core.log", "comap/robot/a was not let in: its certificate is revoked"))
+      << contentOf(folder_.path("core.log"));
+  EXPECT_EQ(b->wait(), 0) << contentOf(folder_.path("b.log"));
+  EXPECT_EQ(a->wait(), 3) << contentOf(folder_.path("a.log"));
+  EXPECT_NE(contentOf(folder_.path("a.log")).find("keyframes wait in "), std::string::npos);
+  EXPECT_EQ(core.end(SIGTERM), 0) << contentOf(folder_.path("core.log"));
 }
 
 TEST_F(Keys, CheckConfigLooksIntoTheFilesOfKeys) {

@@ -43,10 +43,16 @@ class Lines {
   std::string lines_;
 };
 
+DatagramSocket anySocket() {
+  auto socket = DatagramSocket::bind({kHere, 0, 0});
+  EXPECT_TRUE(socket);
+  return std::move(*socket);
+}
+
 // What DDS does: announces itself to the client, and listens on the port that its announcement names.
 class Dds {
  public:
-  explicit Dds(uint8_t number) : socket_(std::move(*DatagramSocket::bind({kHere, 0}))) {
+  explicit Dds(uint8_t number) : socket_(anySocket()) {
     prefix_.fill(number);
     const uint16_t port = socket_.port();
     message_ = {'R', 'T', 'P', 'S', 2, 3, 1, 15};
@@ -62,7 +68,7 @@ class Dds {
   /// Announces until something comes; of whom it is told.
   std::optional<int> exchange(uint16_t client, seconds patience = seconds(20)) {
     for (auto until = std::chrono::steady_clock::now() + patience; std::chrono::steady_clock::now() < until;) {
-      socket_.send({kHere, client}, message_);
+      socket_.send({kHere, client, 0}, message_);
       Endpoint from;
       if (const auto bytes = socket_.receive(milliseconds(50), from))
         if (const auto sender = senderOf(*bytes)) return sender->front();
@@ -85,7 +91,7 @@ std::unique_ptr<DiscoveryClient> connect(const std::string& server, MemberRole r
 }
 
 std::unique_ptr<DiscoveryServer> serve(uint16_t port, Lines& lines) {
-  auto server = DiscoveryServer::start({kHere, port}, lines.sink());
+  auto server = DiscoveryServer::start({kHere, port, 0}, lines.sink());
   EXPECT_TRUE(server) << server.error().text;
   return std::move(*server);
 }
@@ -170,7 +176,7 @@ TEST(DiscoveryClient, ANameThatNobodyKnowsIsSaid) {
 TEST(DiscoveryServer, APortThatIsTakenIsSaid) {
   Lines lines;
   const auto server = serve(0, lines);
-  const auto second = DiscoveryServer::start({kHere, server->port()}, lines.sink());
+  const auto second = DiscoveryServer::start({kHere, server->port(), 0}, lines.sink());
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().code, ErrorCode::kUnreachable);
   EXPECT_THAT(second.error().text, HasSubstr("discovery server: UDP 127.0.0.1:"));

@@ -20,7 +20,7 @@ class IntroductionsTest : public testing::Test {
     std::vector<uint8_t> announcement{};
   };
   Participant make(uint8_t number, MemberRole role, const std::string& site = "flat") {
-    return {{0x0a000000u + number, 40000}, role, site, {}, {number, number}};
+    return {{0x0a000000u + number, 40000, 0}, role, site, {}, {number, number}};
   }
   static Note noteOf(const Participant& who, NoteKind kind) {
     Note note;
@@ -170,8 +170,8 @@ TEST_F(IntroductionsTest, CountsAreToldToWhoAsks) {
 }
 
 TEST_F(IntroductionsTest, BytesThatAreNoNoteGetNoAnswer) {
-  EXPECT_TRUE(server_->take({0x0a000001, 1}, std::vector<uint8_t>(100, 7), now_).empty());
-  EXPECT_TRUE(server_->take({0x0a000001, 1}, {}, now_).empty());
+  EXPECT_TRUE(server_->take({0x0a000001, 1, 0}, std::vector<uint8_t>(100, 7), now_).empty());
+  EXPECT_TRUE(server_->take({0x0a000001, 1, 0}, {}, now_).empty());
   for (const NoteKind kind :
        {NoteKind::kWelcome, NoteKind::kCookie, NoteKind::kIntroduce, NoteKind::kFull, NoteKind::kAnswer})
     EXPECT_TRUE(say(make(1, MemberRole::kRobot), kind).empty()) << "two servers must not keep each other busy";

@@ -28,7 +28,7 @@ namespace {
 constexpr const char* kCoreAddress = "10.78.0.1";
 constexpr const char* kRobotAddress = "10.78.0.2";
 constexpr const char* kFarRobotAddress = "10.79.0.2";                         // behind the router
-constexpr Endpoint kServer{0x0a4e00fe, 7399};                                 // 10.78.0.254, the router itself
+constexpr Endpoint kServer{0x0a4e00fe, 7399, 0};                              // 10.78.0.254, the router itself
 constexpr std::string_view kPattern = "comap-test-pattern-0123456789ABCDEF";  // as dds_peer's
 
 int runCommand(const std::string& command) {
@@ -43,6 +43,15 @@ bool enter(const std::string& space) {
   return entered;
 }
 
+// The kernel tells of a new wire when it has time: a second later, if busy.
+bool awaitCarrier(const std::string& space) {
+  for (int i = 0; i < 200; ++i) {
+    if (runCommand("ip -n " + space + " link show v0 | grep -q 'state UP'") == 0) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  return false;
+}
+
 // Two namespaces and a wire between them; no route to anywhere else.
 class Wire {
  public:
@@ -54,6 +63,7 @@ class Wire {
       made_ = made_ && runCommand("ip -n " + name + " addr add " + address + "/24 dev v0") == 0 &&
               runCommand("ip -n " + name + " link set v0 up") == 0 &&
               runCommand("ip -n " + name + " route add 224.0.0.0/4 dev v0") == 0;
+    made_ = made_ && awaitCarrier(core()) && awaitCarrier(robot());
   }
   ~Wire() {
     for (const std::string& name : {core(), robot()}) runCommand("ip netns del " + name);
@@ -82,7 +92,7 @@ class RoutedNetworks {
               runCommand("ip -n " + router() + " link set " + near + " up") == 0 &&
               runCommand("ip -n " + name + " addr add " + address + "/24 dev v0") == 0 &&
               runCommand("ip -n " + name + " link set v0 up") == 0 &&
-              runCommand("ip -n " + name + " route add default via " + net + ".254") == 0;
+              runCommand("ip -n " + name + " route add default via " + net + ".254") == 0 && awaitCarrier(name);
   }
   ~RoutedNetworks() {
     for (const std::string& name : {Wire::core(), Wire::robot(), router()}) runCommand("ip netns del " + name);
@@ -94,7 +104,8 @@ class RoutedNetworks {
     std::unique_ptr<DiscoveryServer> server;
     std::thread([&] {
       if (!enter(router())) return;
-      if (auto started = DiscoveryServer::start(kServer, [](const std::string&) {})) server = std::move(*started);
+      if (auto started = DiscoveryServer::start({0, kServer.port, 0}, [](const std::string&) {}))
+        server = std::move(*started);
     }).join();
     return server;
   }
@@ -223,7 +234,7 @@ TEST_P(Network, ThroughARouterADiscoveryServerIsEnough) {
   EXPECT_GT(capture.datagrams, 400);
   EXPECT_EQ(capture.fragments, 0);
   EXPECT_EQ(capture.multicast, 0);
-  if (GetParam().keyed) EXPECT_EQ(capture.with_pattern, 0);
+  EXPECT_EQ(capture.with_pattern > 0, !GetParam().keyed);
 }
 
 INSTANTIATE_TEST_SUITE_P(Paths, Network,
