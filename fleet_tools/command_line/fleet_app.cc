@@ -13,7 +13,8 @@ std::unique_ptr<CLI::App> makeFleetApp(int& exit_code) {
       "'fleet VERB --help' tells more and gives an example.");
   for (const auto add : {addSynthVerb, addReplayVerb, addEvaluateVerb, addExportVerb, addRenderVerb, addViewVerb,
                          addWatchVerb, addInfoVerb, addMatchesVerb, addMergesVerb, addSplitVerb, addForgetVerb,
-                         addKeysVerb, addDiscoveryVerb, addDoctorVerb, addRecoverVerb, addManVerb, addCompletionVerb})
+                         addFinishVerb, addKeysVerb, addDiscoveryVerb, addDoctorVerb, addRecoverVerb, addManVerb,
+                         addCompletionVerb})
     add(*app, exit_code);
   return app;
 }

@@ -16,6 +16,7 @@ void addInfoVerb(CLI::App& app, int& exit_code);
 void addMatchesVerb(CLI::App& app, int& exit_code);
 void addMergesVerb(CLI::App& app, int& exit_code);
 void addSplitVerb(CLI::App& app, int& exit_code);
+void addFinishVerb(CLI::App& app, int& exit_code);
 void addForgetVerb(CLI::App& app, int& exit_code);
 void addDiscoveryVerb(CLI::App& app, int& exit_code);
 void addKeysVerb(CLI::App& app, int& exit_code);

@@ -1,48 +1,104 @@
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 
 #include "fleet_tools/command_line/fail.h"
+#include "fleet_tools/command_line/progress.h"
 #include "fleet_tools/command_line/text_table.h"
 #include "fleet_tools/command_line/verb.h"
 #include "fleet_tools/store/record_json.h"
+#include "mapping_core/store/store_glance.h"
 #include "mapping_core/store/store_survey.h"
 
 namespace comap {
 namespace {
 
+constexpr uintmax_t kSmallBytes = 64 << 20;  // read whole in a second
+
 struct DoctorArguments {
   std::string store;
-  bool json = false;
+  bool full = false, json = false;
 };
 
 nlohmann::json jsonOf(const StoreSurvey& survey) {
   return {{"store", survey.path},
           {"whole", survey.damage.empty()},
+          {"read_all", true},
           {"keyframes", survey.keyframes.size()},
           {"lost_keyframes", survey.lost_keyframes},
           {"edges", survey.edges.size()},
           {"verdicts", survey.verdicts.size()},
           {"merges", survey.merges.size()},
           {"tiles", survey.tiles},
+          {"pictures_read", survey.keyframes.size() + survey.lost_keyframes},
+          {"tiles_read", survey.tiles},
           {"damage", survey.damage},
           {"remarks", survey.remarks}};
 }
 
-int run(const DoctorArguments& arguments) {
-  const auto survey = surveyStore(arguments.store);
-  if (!survey) return failWith(survey.error());
-  if (arguments.json) {
-    printJson(jsonOf(*survey));
+// "whole" and "lost_keyframes" are not known without reading all, but for damage that was seen.
+nlohmann::json jsonOf(const StoreGlance& glance) {
+  return {{"store", glance.path},
+          {"whole", glance.damage.empty() ? nlohmann::json() : nlohmann::json(false)},
+          {"read_all", false},
+          {"keyframes", glance.keyframes},
+          {"lost_keyframes", nullptr},
+          {"edges", glance.edges},
+          {"verdicts", glance.verdicts},
+          {"merges", glance.merges},
+          {"tiles", glance.tiles},
+          {"pictures_read", glance.pictures_read},
+          {"tiles_read", glance.tiles_read},
+          {"damage", glance.damage},
+          {"remarks", nlohmann::json::array()}};
+}
+
+void printDamage(const std::string& store, const std::vector<std::string>& damage) {
+  for (const std::string& text : damage) std::printf("damage: %s\n", printable(text).c_str());
+  if (!damage.empty()) std::printf("'fleet recover %s --out NEW' saves what is whole\n", printable(store).c_str());
+}
+
+void print(const StoreSurvey& survey) {
+  std::printf("%s: %s; %zu keyframes, %zu edges, %zu verdicts, %zu merges, %zu tiles\n", printable(survey.path).c_str(),
+              survey.damage.empty() ? "whole, every byte was read" : "damaged; whole are", survey.keyframes.size(),
+              survey.edges.size(), survey.verdicts.size(), survey.merges.size(), survey.tiles);
+  for (const std::string& text : survey.remarks) std::printf("remark: %s\n", printable(text).c_str());
+  printDamage(survey.path, survey.damage);
+}
+
+void print(const StoreGlance& glance) {
+  std::printf("%s: %s; %zu keyframes, %zu edges, %zu verdicts, %zu merges, %zu tiles\n", printable(glance.path).c_str(),
+              glance.damage.empty() ? "no damage seen" : "damaged", glance.keyframes, glance.edges, glance.verdicts,
+              glance.merges, glance.tiles);
+  std::printf(
+      "looked at: every keyframe, pose and merge, what edges and verdicts name, %zu of the pictures, %zu of "
+      "the tiles\nnot read: the other pictures and tiles, the numbers of edges and verdicts; 'fleet doctor "
+      "--full %s' reads all %s\n",
+      glance.pictures_read, glance.tiles_read, printable(glance.path).c_str(),
+      humanBytes(static_cast<double>(glance.bytes)).c_str());
+  printDamage(glance.path, glance.damage);
+}
+
+template <class Found>
+int tell(const Result<Found>& found, bool json) {
+  if (!found) return failWith(found.error());
+  if (json) {
+    printJson(jsonOf(*found));
   } else {
-    std::printf("%s: whole are %zu keyframes, %zu edges, %zu verdicts, %zu merges, %zu tiles\n", survey->path.c_str(),
-                survey->keyframes.size(), survey->edges.size(), survey->verdicts.size(), survey->merges.size(),
-                survey->tiles);
-    for (const std::string& text : survey->damage) std::printf("damage: %s\n", printable(text).c_str());
-    for (const std::string& text : survey->remarks) std::printf("remark: %s\n", printable(text).c_str());
-    if (!survey->damage.empty())
-      std::printf("'fleet recover %s --out NEW' saves what is whole\n", survey->path.c_str());
+    print(*found);
   }
-  return survey->damage.empty() ? 0 : 1;
+  return found->damage.empty() ? 0 : 1;
+}
+
+int run(const DoctorArguments& arguments) {
+  std::error_code none;
+  const uintmax_t bytes = std::filesystem::file_size(arguments.store, none);
+  if (!arguments.full && !none && bytes > kSmallBytes) return tell(glanceAtStore(arguments.store), arguments.json);
+  const auto survey = [&] {
+    Progress progress("reading keyframes");
+    return surveyStore(arguments.store, [&](size_t done, size_t all) { progress.show(done, all); });
+  }();
+  return tell(survey, arguments.json);
 }
 
 }  // namespace
@@ -50,11 +106,14 @@ int run(const DoctorArguments& arguments) {
 void addDoctorVerb(CLI::App& app, int& exit_code) {
   auto* verb = app.add_subcommand("doctor", "Whether a store is whole, and what is damaged if it is not");
   verb->footer(
-      "Reads every page and every row: checksums, whether keyframes can be read, edges to keyframes that are not\n"
-      "there. Exit code 1 if there is damage. Gaps in a robot's sequences are remarked; they may be still to come.\n"
+      "A store of up to 64 MB is read whole: every page and row, checksums, whether keyframes can be read, edges to\n"
+      "keyframes that are not there. Of a larger one, all that can be told in a second or two, and some of the\n"
+      "pictures; what was not read is said, and --full reads it. Exit code 1 if there is damage. Gaps in a robot's\n"
+      "sequences are remarked; they may be still to come.\n"
       "Example: fleet doctor run/map.comap");
   auto arguments = std::make_shared<DoctorArguments>();
   verb->add_option("STORE", arguments->store, "Map store")->required();
+  verb->add_flag("--full", arguments->full, "Read every byte, however large the store is");
   verb->add_flag("--json", arguments->json, "Print one JSON document");
   verb->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }

@@ -3,7 +3,6 @@
 
 #include "fleet_tools/command_line/fail.h"
 #include "fleet_tools/command_line/verb.h"
-#include "fleet_tools/store/record_json.h"
 #include "fleet_tools/store/store_change.h"
 
 namespace comap {
@@ -15,34 +14,19 @@ struct ForgetOptions {
 };
 
 int run(const ForgetOptions& options) {
-  size_t keyframes = 0;
-  const auto remove = [&](MapStore& store) -> Result<void> {
-    const auto removed = store.removeRobot(options.robot);
-    if (!removed) return removed.error();
-    keyframes = *removed;
-    return {};
-  };
-  MapChange done;
-  const auto judge = [&](MapBuilder& builder) -> Result<void> {
-    auto change = builder.recast();
-    if (!change) return change.error();
-    done = std::move(*change);
-    return {};
-  };
-  auto outcome = changeStore(options.change, remove, judge);
-  if (!outcome) return failWith(outcome.error());
-  if (options.change.json) {
-    nlohmann::json merges = nlohmann::json::array();
-    for (const MergeRecord& merge : done.merges) merges.push_back(jsonOf(merge));
-    (*outcome)["keyframes_removed"] = keyframes;
-    (*outcome)["merges"] = merges;
-    printJson(*outcome);
-    return 0;
+  const auto config = configOf(options.change);
+  if (!config) return failWith(config.error());
+  auto store = MapStore::open(options.change.store, MapStore::Mode::kOpen);
+  if (!store) return failWith(store.error());
+  const auto removed = store->removeRobot(options.robot);
+  if (!removed) return failWith({removed.error().code, options.change.store + ": " + removed.error().text});
+  if (!options.change.json) {
+    std::printf("%s of robot %s removed\n", counted(*removed, "keyframe").c_str(), options.robot.c_str());
+    std::fflush(stdout);
   }
-  std::printf("%zu keyframes of robot %s removed; %zu merges judged anew hold\n", keyframes, options.robot.c_str(),
-              done.merges.size());
-  printMaps(*outcome);
-  return 0;
+  // What was deleted is still in the file's free pages until it is written anew.
+  if (auto compacted = store->compact(); !compacted) return failWith(compacted.error());
+  return followUp(options.change, *config, *store, {{"keyframes_removed", *removed}});
 }
 
 }  // namespace
@@ -51,7 +35,8 @@ void addForgetVerb(CLI::App& app, int& exit_code) {
   auto* verb = app.add_subcommand("forget", "Take a robot and all that came from it out of a store at rest");
   verb->footer(
       "Its keyframes, edges and verdicts are gone for good. Merges it was part of are judged anew from the verdicts\n"
-      "between the others.\n"
+      "between the others. The file is written anew without them, and all its maps are computed anew, which may be\n"
+      "interrupted and done later ('fleet finish', or a core).\n"
       "Example: fleet forget run/map.comap b");
   auto options = std::make_shared<ForgetOptions>();
   verb->add_option("STORE", options->change.store, "Map store that no core is writing")->required();

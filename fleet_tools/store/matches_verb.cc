@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <numbers>
@@ -25,15 +26,24 @@ std::string failedText(const MatchVerdict& verdict) {
   return text.empty() ? std::string("-") : text;
 }
 
+std::string listed(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + printable(word);
+  return text;
+}
+
 void printCounts(const std::map<std::string, size_t>& counts) {
   TextTable table({"VERDICT", "COUNT"});
   for (const auto& [reason, count] : counts) table.add({reason, std::to_string(count)});
   if (!table.empty()) std::printf("\n%s", table.text().c_str());
 }
 
-void print(const std::vector<MatchVerdict>& verdicts) {
+// `any`: whether there are others than these.
+void print(const std::vector<MatchVerdict>& verdicts, bool any) {
   if (verdicts.empty()) {
-    std::printf("no such matches\n");
+    std::printf("%s\n", any ? "no such matches"
+                            : "nothing was judged: no keyframe looked enough like an earlier one, of another robot or "
+                              "from elsewhere on its way, to be compared with it");
     return;
   }
   TextTable table({"QUERY", "CANDIDATE", "VERDICT", "FAILED", "FERNS", "INLIERS", "RMS sigma", "DEGENERACY", "GREY",
@@ -51,17 +61,29 @@ void print(const std::vector<MatchVerdict>& verdicts) {
 int run(const MatchesOptions& options) {
   const Result<MapStore> store = MapStore::open(options.store, MapStore::Mode::kReadOnly);
   if (!store) return failWith(store.error());
-  VerdictFilter filter{std::nullopt, options.reason, options.robot};
+  if (!options.robot.empty()) {
+    const auto robots = store->robots();
+    if (!robots) return failWith(robots.error());
+    if (std::find(robots->begin(), robots->end(), options.robot) == robots->end())
+      return failWith({ErrorCode::kWrongUse, options.store + ": holds no robot '" + printable(options.robot) +
+                                                 "', but " + (robots->empty() ? "none" : listed(*robots))});
+  }
+  VerdictFilter filter{std::nullopt, options.reason, options.robot, false};
   if (options.refused) filter.accepted = false;
   const Result<std::vector<MatchVerdict>> verdicts = store->verdicts(filter);
   if (!verdicts) return failWith(verdicts.error());
   const auto counts = store->verdictCounts(options.robot);
   if (!counts) return failWith(counts.error());
+  // A word that no match was judged with is a slip, unless there is nothing to have judged.
+  if (!options.reason.empty() && !counts->empty() && !counts->contains(options.reason)) {
+    std::vector<std::string> words;
+    for (const auto& [reason, count] : *counts) words.push_back(reason);
+    return failWith({ErrorCode::kWrongUse, "--reason " + printable(options.reason) + ": no match" +
+                                               (options.robot.empty() ? "" : " of robot " + options.robot) +
+                                               " was judged so, but " + listed(words)});
+  }
   if (!options.json) {
-    if (!options.reason.empty() && !counts->contains(options.reason))
-      std::printf("no match was judged '%s'; what there is:\n", printable(options.reason).c_str());
-    else
-      print(*verdicts);
+    print(*verdicts, !counts->empty());
     printCounts(*counts);
     return 0;
   }

@@ -4,12 +4,12 @@
 #include <optional>
 
 #include "fleet_tools/command_line/fail.h"
+#include "fleet_tools/command_line/progress.h"
 #include "fleet_tools/command_line/text_table.h"
 #include "fleet_tools/command_line/verb.h"
 #include "fleet_tools/store/record_json.h"
 #include "fleet_tools/store/store_change.h"
 #include "mapping_core/gpu/device.h"
-#include "mapping_core/service/core_config.h"
 #include "mapping_core/store/store_lock.h"
 #include "mapping_core/store/store_survey.h"
 
@@ -33,8 +33,15 @@ Result<StoreSurvey> save(const RecoverArguments& arguments) {
     return Error{ErrorCode::kWrongUse, "--out " + arguments.change.store + ": is there already; choose a new name"};
   const auto lock = StoreLock::take(arguments.damaged);
   if (!lock) return lock.error();
-  auto survey = surveyStore(arguments.damaged);
+  auto survey = [&] {
+    Progress progress("reading keyframes");
+    return surveyStore(arguments.damaged, [&](size_t done, size_t all) { progress.show(done, all); });
+  }();
   if (!survey) return survey;
+  if (survey->keyframes.empty() && survey->lost_keyframes > 0)
+    return Error{ErrorCode::kProblem, arguments.damaged + ": nothing can be saved, all " +
+                                          std::to_string(survey->lost_keyframes) +
+                                          " keyframes are lost; 'fleet doctor' tells what is damaged"};
   const std::string draft = arguments.change.store + ".part";
   removeStore(draft);  // of a start that was interrupted
   {
@@ -52,9 +59,8 @@ Result<StoreSurvey> save(const RecoverArguments& arguments) {
 }
 
 // Before anything is written, so that the same command can be given again.
-Result<void> checkOptions(const StoreChange& change) {
-  if (!change.config.empty())
-    if (const auto config = readCoreConfig(change.config); !config) return config.error();
+Result<void> checkDevice(const StoreChange& change) {
+  if (change.later) return {};
   gpu::DeviceOptions options;
   options.choice = change.device;
   const auto device = gpu::Device::create(options);
@@ -62,33 +68,23 @@ Result<void> checkOptions(const StoreChange& change) {
 }
 
 int run(const RecoverArguments& arguments) {
-  if (auto checked = checkOptions(arguments.change); !checked) return failWith(checked.error());
+  const auto config = configOf(arguments.change);
+  if (!config) return failWith(config.error());
+  if (auto checked = checkDevice(arguments.change); !checked) return failWith(checked.error());
   const auto survey = save(arguments);
   if (!survey) return failWith(survey.error());
   if (!arguments.change.json) {
     for (const std::string& text : survey->damage) std::printf("damage: %s\n", printable(text).c_str());
-    std::printf("whole: %zu keyframes, %zu edges, %zu verdicts, %zu merges; computing maps of them in %s\n",
-                survey->keyframes.size(), survey->edges.size(), survey->verdicts.size(), survey->merges.size(),
-                arguments.change.store.c_str());
+    std::printf("whole: %zu keyframes, %zu edges, %zu verdicts, %zu merges; saved in %s\n", survey->keyframes.size(),
+                survey->edges.size(), survey->verdicts.size(), survey->merges.size(), arguments.change.store.c_str());
   }
+  auto store = MapStore::open(arguments.change.store, MapStore::Mode::kOpen);
+  if (!store) return failWith(store.error());
   // What lost its ties falls apart, and what accepted matches still say joins it again.
-  const auto recast = [](MapBuilder& builder) -> Result<void> {
-    const auto change = builder.recast();
-    return change ? Result<void>() : Result<void>(change.error());
-  };
-  auto outcome = changeStore(arguments.change, {}, recast);
-  if (!outcome)
-    return failWith({outcome.error().code, "all that is whole is in " + arguments.change.store +
-                                               ", but its maps could not be computed: " + outcome.error().text});
-  if (arguments.change.json) {
-    (*outcome)["keyframes"] = survey->keyframes.size();
-    (*outcome)["lost_keyframes"] = survey->lost_keyframes;
-    (*outcome)["damage"] = survey->damage;
-    printJson(*outcome);
-  } else {
-    printMaps(*outcome);
-  }
-  return 0;
+  return followUp(arguments.change, *config, *store,
+                  {{"keyframes", survey->keyframes.size()},
+                   {"lost_keyframes", survey->lost_keyframes},
+                   {"damage", survey->damage}});
 }
 
 }  // namespace

@@ -1,28 +1,42 @@
 #include "fleet_tools/store/store_change.h"
 
 #include <spdlog/fmt/fmt.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
+#include <optional>
 
+#include "fleet_tools/command_line/fail.h"
+#include "fleet_tools/command_line/progress.h"
 #include "fleet_tools/command_line/text_table.h"
-#include "mapping_core/service/core_config.h"
+#include "fleet_tools/store/record_json.h"
 #include "mapping_core/service/map_finish.h"
 #include "mapping_core/tiles/tile_builder.h"
 
 namespace comap {
 namespace {
 
-void showProgress(size_t done, size_t all) {
-  if (isatty(STDERR_FILENO) == 0) return;
-  std::fprintf(stderr, "\r\033[K%s", done == all ? "" : fmt::format("fusing: {} of {}", done, all).c_str());
-}
+// finishMaps() counts from the beginning when it comes to fusion.
+class FinishProgress {
+ public:
+  void show(size_t done, size_t all) {
+    if (!line_ || done < last_) {
+      const char* what = line_ ? "fusing keyframes" : "measuring keyframes against each other";
+      line_.emplace(what);
+    }
+    last_ = done;
+    line_->show(done, all);
+  }
 
-nlohmann::json describe(const MapBuilder& builder, const std::vector<Tile>& tiles) {
+ private:
+  std::optional<Progress> line_;
+  size_t last_ = 0;
+};
+
+nlohmann::json describe(const MapBuilder& builder, const std::vector<Tile>& tiles, const MapChange& recast) {
   std::map<MapId, std::vector<Tile>> by_map;
   for (const Tile& tile : tiles) by_map[tile.key.map].push_back(tile);
-  nlohmann::json maps = nlohmann::json::array();
+  nlohmann::json maps = nlohmann::json::array(), merges = nlohmann::json::array();
   const ComponentSet& components = builder.components();
   for (const KeyframeId& anchor : components.anchors()) {
     const MapId id = mapIdOf(anchor);
@@ -31,46 +45,86 @@ nlohmann::json describe(const MapBuilder& builder, const std::vector<Tile>& tile
                     {"keyframes", components.members(anchor).size()},
                     {"hash", fmt::format("{:016x}", hashTiles(by_map[id]))}});
   }
-  return {{"maps", maps}};
+  for (const MergeRecord& merge : recast.merges) merges.push_back(jsonOf(merge));
+  return {{"maps", maps}, {"merges", merges}};
 }
 
 }  // namespace
 
-void addStoreChangeOptions(CLI::App& verb, StoreChange& change) {
+std::string counted(size_t count, const std::string& noun) {
+  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
+void addComputeOptions(CLI::App& verb, StoreChange& change) {
   verb.add_option("--device", change.device, "Vulkan device: auto, llvmpipe or a number")->capture_default_str();
   verb.add_option("--config", change.config, "The core's YAML file, if the store was made with one");
   verb.add_flag("--json", change.json, "Print one JSON document");
 }
 
-Result<nlohmann::json> changeStore(const StoreChange& options, const std::function<Result<void>(MapStore&)>& before,
-                                   const std::function<Result<void>(MapBuilder&)>& change) {
-  CoreConfig config;
-  if (!options.config.empty()) {
-    auto read = readCoreConfig(options.config);
-    if (!read) return read.error();
-    config = std::move(*read);
-  }
-  auto store = MapStore::open(options.store, MapStore::Mode::kOpen);
-  if (!store) return store.error();
+void addStoreChangeOptions(CLI::App& verb, StoreChange& change) {
+  addComputeOptions(verb, change);
+  verb.add_flag("--later", change.later,
+                "Change the records alone: maps follow with the next start of a core, or 'fleet finish'");
+}
+
+Result<CoreConfig> configOf(const StoreChange& change) {
+  return change.config.empty() ? Result<CoreConfig>(CoreConfig()) : readCoreConfig(change.config);
+}
+
+Result<nlohmann::json> computeMaps(const StoreChange& change, const CoreConfig& config, MapStore& store) {
   gpu::DeviceOptions device_options;
-  device_options.choice = options.device;
+  device_options.choice = change.device;
   auto device = gpu::Device::create(device_options);
   if (!device) return device.error();
-  if (before)
-    if (auto done = before(*store); !done) return done.error();
-  MapBuilder builder(*device, *store, config.service.mapping);
+  if (auto stored = store.setMeta("complete", "no"); !stored) return stored.error();
+  MapBuilder builder(*device, store, config.service.mapping);
   if (auto restored = builder.restore(); !restored) return restored.error();
-  if (auto changed = change(builder); !changed)
-    return Error{changed.error().code, options.store + ": " + changed.error().text};
-  if (auto stored = store->setMeta("complete", "no"); !stored) return stored.error();
-  const auto tiles = finishMaps(builder, *store, config.service.mapping.fusion.stable_confidence, showProgress);
+  MapChange recast;
+  if (builder.recastDue()) {
+    auto judged = builder.recast();
+    if (!judged) return judged.error();
+    recast = std::move(*judged);
+  }
+  FinishProgress progress;
+  const auto tiles = finishMaps(builder, store, config.service.mapping.fusion.stable_confidence,
+                                [&](size_t done, size_t all) { progress.show(done, all); });
   if (!tiles) return tiles.error();
-  const auto keyframes = store->keyframes();
+  const auto keyframes = store.keyframes();
   if (!keyframes) return keyframes.error();
   const bool all_mapped = std::none_of(keyframes->begin(), keyframes->end(),
                                        [](const StoredKeyframe& keyframe) { return keyframe.map.empty(); });
-  if (auto stored = store->setMeta("complete", all_mapped ? "yes" : "no"); !stored) return stored.error();
-  return describe(builder, *tiles);
+  if (auto stored = store.setMeta("complete", all_mapped ? "yes" : "no"); !stored) return stored.error();
+  return describe(builder, *tiles, recast);
+}
+
+int followUp(const StoreChange& change, const CoreConfig& config, MapStore& store, nlohmann::json outcome) {
+  outcome["computed"] = !change.later;
+  if (change.later) {
+    if (change.json)
+      printJson(outcome);
+    else
+      std::printf("the maps follow with the next start of a core, or with: fleet finish %s\n",
+                  printable(change.store).c_str());
+    return 0;
+  }
+  std::fflush(stdout);  // the decision holds, whatever becomes of the maps
+  auto computed = computeMaps(change, config, store);
+  if (!computed)
+    return failWith(
+        {computed.error().code,
+         change.store + ": the records are changed, but the maps could not be computed ('fleet finish' tries again): " +
+             computed.error().text});
+  outcome["maps"] = std::move((*computed)["maps"]);
+  outcome["merges"] = std::move((*computed)["merges"]);
+  if (change.json) {
+    printJson(outcome);
+    return 0;
+  }
+  if (!outcome["merges"].empty())
+    std::printf("%s, judged anew, %s\n", counted(outcome["merges"].size(), "merge").c_str(),
+                outcome["merges"].size() == 1 ? "holds" : "hold");
+  printMaps(outcome);
+  return 0;
 }
 
 void printMaps(const nlohmann::json& outcome) {

@@ -1,30 +1,42 @@
-// What verbs share that change a store at rest: open it alone, restore its maps, change them, write them back.
+// What verbs share that change a store at rest: the decision goes into its records at once; the maps are computed from
+// the records, now or later.
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "mapping_core/service/core_config.h"
 #include "mapping_core/service/map_builder.h"
 
 namespace comap {
 
 struct StoreChange {
   std::string store, device = "auto", config;
-  bool json = false;
+  bool json = false, later = false;
 };
 
-/// The options that all such verbs have.
+/// --device, --config and --json.
+void addComputeOptions(CLI::App& verb, StoreChange& change);
+/// These and --later.
 void addStoreChangeOptions(CLI::App& verb, StoreChange& change);
 
-/// Opens the store, which no running core may hold, and calls `before` (may be empty) on it; restores the maps, calls
-/// `change` on them, computes poses and surfels anew and writes them with their tiles. Returns {"maps": [{"id",
-/// "robots", "keyframes", "hash"}]}; what `before` or `change` refuses is not written.
-Result<nlohmann::json> changeStore(const StoreChange& options, const std::function<Result<void>(MapStore&)>& before,
-                                   const std::function<Result<void>(MapBuilder&)>& change);
+/// The core's configuration that was given, or the default one.
+Result<CoreConfig> configOf(const StoreChange& change);
 
-/// Prints what changeStore() told, for people.
+/// Computes what the store's records say, with progress on a terminal: votes that wait are judged, poses and surfels
+/// made anew and written with their tiles. Returns {"maps": [{"id", "robots", "keyframes", "hash"}], "merges": [...]},
+/// the merges that waiting votes made. What fails or is interrupted leaves the records as they are, marked incomplete.
+Result<nlohmann::json> computeMaps(const StoreChange& change, const CoreConfig& config, MapStore& store);
+
+/// After a decision that is in the records: computes the maps unless --later, adds them to `outcome` and prints that,
+/// as JSON or as tables. Returns the exit code.
+int followUp(const StoreChange& change, const CoreConfig& config, MapStore& store, nlohmann::json outcome);
+
+/// Prints what computeMaps() told, for people.
 void printMaps(const nlohmann::json& outcome);
+
+/// "1 merge", "2 merges".
+std::string counted(size_t count, const std::string& noun);
 
 }  // namespace comap

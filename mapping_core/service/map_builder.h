@@ -64,6 +64,8 @@ class MapBuilder {
   /// Casts all votes that wait anew, in the order of their verdicts: after keyframes of others were taken out, they may
   /// be what joins two maps. Surfels of maps that change are fused by rebuild().
   Result<MapChange> recast();
+  /// Whether that is due: the store says so, or a merge was taken back. addKeyframe() begins with it.
+  bool recastDue() const { return recast_due_; }
 
   /// Takes in one keyframe. `robot_index` = position of its robot in order of first arrival.
   Result<MapChange> addKeyframe(const Keyframe& keyframe, uint32_t robot_index);

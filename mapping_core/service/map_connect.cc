@@ -4,6 +4,7 @@
 
 #include "mapping_core/merge/map_merger.h"
 #include "mapping_core/service/map_builder.h"
+#include "mapping_core/service/merge_decision.h"
 
 namespace comap {
 namespace {
@@ -157,7 +158,10 @@ Result<std::vector<uint32_t>> MapBuilder::partedBetween(const KeyframeId& a, con
       const KeyframeId from = components_.anchorOf(one.edge.from), to = components_.anchorOf(one.edge.to);
       return (from == a && to == b) || (from == b && to == a);
     });
-    if (between) since.push_back(merge.keyframes_ingested);
+    if (!between) continue;
+    const auto made = doubtedSince(store_, merge);
+    if (!made) return made.error();
+    since.push_back(static_cast<uint32_t>(*made));
   }
   return since;
 }
@@ -212,7 +216,7 @@ Result<MergeRecord> MapBuilder::merge(const std::vector<Closure>& closures) {
 Result<void> MapBuilder::castAll(MapChange& change) {
   for (const Closure& closure : votes_.takeAll())
     if (auto connected = connect(verdictOf(closure), change); !connected) return connected;
-  return {};
+  return store_.setVotesWait(false);
 }
 
 Result<MapChange> MapBuilder::recast() {
@@ -222,6 +226,7 @@ Result<MapChange> MapBuilder::recast() {
   if (auto cast = castAll(change); !cast) return cast.error();
   if (auto stored = storePoses(); !stored) return stored.error();
   if (auto committed = transaction->commit(); !committed) return committed.error();
+  recast_due_ = false;
   return change;
 }
 

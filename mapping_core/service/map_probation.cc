@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "mapping_core/service/map_builder.h"
+#include "mapping_core/service/merge_decision.h"
 
 namespace comap {
 
@@ -48,7 +49,9 @@ Result<void> MapBuilder::watch(const MergeRecord& merge) {
       probation.oppose(vote);
   }
   std::vector<KeyframeId> unheard;
-  for (size_t i = merge.keyframes_ingested; i < by_index_.size(); ++i) unheard.push_back(by_index_[i]);
+  const auto since = doubtedSince(store_, merge);
+  if (!since) return since.error();
+  for (size_t i = *since; i < by_index_.size(); ++i) unheard.push_back(by_index_[i]);
   watch_.open(std::move(probation), std::move(unheard));
   return {};
 }

@@ -54,6 +54,9 @@ Result<void> MapBuilder::restore() {
   if (auto reshaped = reshape(std::move(*standing), {anchors.begin(), anchors.end()}); !reshaped) return reshaped;
   if (auto committed = transaction->commit(); !committed) return committed;
   if (auto votes = restoreVotes(); !votes) return votes;
+  const auto wait = store_.votesWait();
+  if (!wait) return wait.error();
+  recast_due_ = *wait;
   return watchStanding();
 }
 

@@ -1,25 +1,12 @@
-// Taking a merge back, and what it shares with the end of a run: maps as a pure function of the stored records.
+// Taking a merge back in maps that are at work, and what it shares with the end of a run: maps as a pure function of
+// the stored records.
 #include <algorithm>
 
 #include "mapping_core/merge/canonical_poses.h"
 #include "mapping_core/service/map_builder.h"
+#include "mapping_core/service/merge_decision.h"
 
 namespace comap {
-namespace {
-
-Error wrongUse(uint32_t merge, const std::string& problem) {
-  return {ErrorCode::kWrongUse, "merge " + std::to_string(merge) + " " + problem};
-}
-
-Result<MergeRecord> recordOf(const std::vector<MergeRecord>& merges, uint32_t number) {
-  const auto found =
-      std::find_if(merges.begin(), merges.end(), [&](const MergeRecord& merge) { return merge.number == number; });
-  if (found == merges.end())
-    return wrongUse(number, "is not in the store, which holds " + std::to_string(merges.size()) + " merges");
-  return *found;
-}
-
-}  // namespace
 
 Result<Standing> MapBuilder::readStanding() const {
   const auto edges = store_.edges();
@@ -30,7 +17,6 @@ Result<Standing> MapBuilder::readStanding() const {
 }
 
 Result<MapChange> MapBuilder::split(uint32_t number, const std::string& reason) {
-  if (reason.empty()) return wrongUse(number, "cannot be undone without a reason");
   auto transaction = store_.begin();
   if (!transaction) return transaction.error();
   MapChange change;
@@ -40,95 +26,35 @@ Result<MapChange> MapBuilder::split(uint32_t number, const std::string& reason) 
 }
 
 Result<void> MapBuilder::undo(uint32_t number, const std::string& reason, MapChange& change) {
-  const auto merges = store_.merges();
-  if (!merges) return merges.error();
-  auto record = recordOf(*merges, number);
-  if (!record) return record.error();
-  if (!record->undone.empty()) return wrongUse(number, "is undone already: " + record->undone);
-
+  auto decision = decideSplit(store_, by_index_, number, reason, options_.vote.needed);
+  if (!decision) return decision.error();
   change.poses_changed = true;
-  const auto note = [&](MergeRecord merge, const std::string& why) -> Result<void> {
-    merge.undone = why;
+  change.map = mapIdOf(*decision->changed.begin());
+  for (MergeRecord& merge : decision->merges) {
     watch_.close(merge.number);
     change.undone.push_back(std::move(merge));
-    return store_.undoMerge(change.undone.back().number, why, number);
-  };
-  if (auto undone = note(*record, reason); !undone) return undone.error();
+  }
   auto standing = readStanding();
   if (!standing) return standing.error();
-  for (const uint32_t other : standing->unsupported) {
-    const auto lost = recordOf(*merges, other);
-    if (!lost) return lost.error();
-    const std::string why = "too few of its closures are left without merge " + std::to_string(number);
-    if (auto undone = note(*lost, why); !undone) return undone.error();
-  }
-  std::set<KeyframeId> changed;
-  for (const Edge& edge : standing->apart) {
-    if (auto withdrawn = store_.withdrawEdge(edge, number); !withdrawn) return withdrawn.error();
-    for (const KeyframeId& end : {edge.from, edge.to})
-      if (standing->components.contains(end)) changed.insert(standing->components.anchorOf(end));
-  }
-  if (changed.empty()) return Error{ErrorCode::kProblem, "merge " + std::to_string(number) + " has no closures"};
-  change.map = mapIdOf(*changed.begin());
-  if (auto reshaped = reshape(std::move(*standing), changed); !reshaped) return reshaped;
+  if (auto reshaped = reshape(std::move(*standing), decision->changed); !reshaped) return reshaped;
   return refreshWatch();
 }
 
 Result<MapChange> MapBuilder::rejoin(uint32_t number) {
   auto transaction = store_.begin();
   if (!transaction) return transaction.error();
-  const auto merges = store_.merges();
-  if (!merges) return merges.error();
-  auto record = recordOf(*merges, number);
-  if (!record) return record.error();
-  if (record->undone.empty()) return wrongUse(number, "is not undone");
-  const auto together = store_.mergesUndoneBy(number);
-  if (!together) return together.error();
-  if (together->empty()) return wrongUse(number, "was undone with another merge: " + record->undone);
-  const auto withdrawn = store_.withdrawnEdges();
-  if (!withdrawn) return withdrawn.error();
-
+  auto decision = decideRejoin(store_, by_index_, number, options_.vote.needed);
+  if (!decision) return decision.error();
   MapChange change;
   change.poses_changed = true;
-  for (const WithdrawnEdge& one : *withdrawn) {
-    if (one.withdrawn_by != number) continue;
-    const Edge& edge = one.edge;
-    const bool ends_known = components_.contains(edge.from) && components_.contains(edge.to);
-    if (edge.merge == number && ends_known && components_.together(edge.from, edge.to))
-      return wrongUse(number, "cannot be rejoined: its maps were joined by another merge since, undo that first");
-    if (auto freed = store_.withdrawEdge(edge, 0); !freed) return freed.error();
-  }
-  for (const uint32_t other : *together) {
-    if (auto freed = store_.undoMerge(other, "", 0); !freed) return freed.error();
-    auto freed = recordOf(*merges, other);
-    if (!freed) return freed.error();
-    freed->undone.clear();
-    change.merges.push_back(std::move(*freed));
-  }
+  change.map = mapIdOf(*decision->changed.begin());
+  change.merges = std::move(decision->merges);
   auto standing = readStanding();
   if (!standing) return standing.error();
-  const auto join = std::find_if(standing->joins.begin(), standing->joins.end(),
-                                 [&](const Join& one) { return one.merge == number; });
-  if (join == standing->joins.end()) return wrongUse(number, "cannot be rejoined: too few of its closures are left");
-  // What still lies between two maps waits for the merge that keeps them apart.
-  uint32_t apart_by = 0;
-  for (const MergeRecord& merge : *merges)
-    if (!merge.undone.empty() && std::find(together->begin(), together->end(), merge.number) == together->end())
-      apart_by = merge.number;
-  if (apart_by != 0)
-    for (const Edge& edge : standing->apart)
-      if (auto again = store_.withdrawEdge(edge, apart_by); !again) return again.error();
-
-  const KeyframeId anchor = standing->components.anchorOf(join->closures.front().from);
-  change.map = mapIdOf(anchor);
-  if (auto reshaped = reshape(std::move(*standing), {anchor}); !reshaped) return reshaped.error();
+  if (auto reshaped = reshape(std::move(*standing), decision->changed); !reshaped) return reshaped.error();
   if (auto refreshed = refreshWatch(); !refreshed) return refreshed.error();
-  // On probation again, with what comes from now on: what was known has been overruled.
-  for (MergeRecord& again : change.merges) {
-    again.keyframes_ingested = static_cast<uint32_t>(by_index_.size());
-    if (auto stored = store_.addMerge(again); !stored) return stored.error();
+  for (const MergeRecord& again : change.merges)
     if (auto watched = watch(again); !watched) return watched.error();
-  }
   if (auto committed = transaction->commit(); !committed) return committed.error();
   return change;
 }

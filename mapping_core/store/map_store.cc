@@ -87,6 +87,7 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
   } else if (Result<void> migrated = migrateSchema(*database, storeMigrations()); !migrated) {
     return migrated.error();
   }
+  if (Result<void> indexed = createIndexes(*database); !indexed) return indexed.error();
   return MapStore(std::make_unique<State>(std::move(*database), std::move(lock)));
 }
 
@@ -215,6 +216,18 @@ Result<uint32_t> MapStore::countStart() {
   if (Result<void> set = setMeta("starts", std::to_string(*before + 1)); !set) return set.error();
   if (Result<void> committed = transaction->commit(); !committed) return committed.error();
   return static_cast<uint32_t>(*before + 1);
+}
+
+Result<bool> MapStore::votesWait() const {
+  const auto value = meta("votes_wait");
+  if (!value) return value.error();
+  return *value == "yes";
+}
+
+Result<void> MapStore::setVotesWait(bool wait) {
+  const auto waited = votesWait();
+  if (!waited) return waited.error();
+  return *waited == wait ? Result<void>() : setMeta("votes_wait", wait ? "yes" : "no");
 }
 
 Result<void> MapStore::setMeta(const std::string& key, const std::string& value) {

@@ -38,8 +38,9 @@ struct WithdrawnEdge {
 /// Which verdicts are wanted.
 struct VerdictFilter {
   std::optional<bool> accepted;
-  std::string reason;  ///< empty: any
-  std::string robot;   ///< of query or candidate; empty: any
+  std::string reason;       ///< empty: any
+  std::string robot;        ///< of query or candidate; empty: any
+  bool information = true;  ///< false: it stays zero, and the rows are read in half the time
 };
 
 /// All that is written until commit() becomes durable together, or nothing of it. Must not outlive its store.
@@ -83,6 +84,14 @@ class MapStore {
   };
   /// How many there are, without reading them.
   Result<EdgeCounts> edgeCounts() const;
+  /// Those that hold and decide which maps are one: odometry, and closures of merges. Without poses and information.
+  Result<std::vector<Edge>> shapingEdges() const;
+  /// Withdraws, for `merge`, all but odometry that hold and of which `apart` is true; it hears only ends and kind.
+  /// Returns the ends of those.
+  Result<std::vector<std::pair<KeyframeId, KeyframeId>>> withdrawEdges(uint32_t merge,
+                                                                       const std::function<bool(const Edge&)>& apart);
+  /// Edges that went with `merge` hold again. Returns those that are closures of it, without poses and information.
+  Result<std::vector<Edge>> restoreEdges(uint32_t merge);
   /// Takes out all of one kind, withdrawn ones too.
   Result<void> removeEdges(EdgeKind kind);
   /// The edge is kept, but holds no longer because `merge` was undone; 0: it holds again. kWrongUse if there is none.
@@ -121,14 +130,20 @@ class MapStore {
   /// Takes out all that came from `robot`: keyframes, edges and verdicts of theirs, and every merge that holds and that
   /// the robot was part of, with its closures; whether the others' maps belong together is then to be judged anew from
   /// their verdicts. Undone merges stay as long as closures of theirs do. Returns the number of keyframes.
-  /// kWrongUse if the store knows no such robot.
+  /// kWrongUse if the store knows no such robot. What was deleted is in the file's free pages until compact().
   Result<size_t> removeRobot(const std::string& robot);
+  /// Writes the file anew without what was deleted.
+  Result<void> compact();
 
   /// Whether the store takes changes now: some are written and taken back. The error says why it does not.
   Result<void> tryWriting();
 
   /// Counts one more start of a core that continues this store: 1 for the first of them.
   Result<uint32_t> countStart();
+
+  /// Whether accepted matches are to be judged anew, because what they were judged by has been taken out.
+  Result<bool> votesWait() const;
+  Result<void> setVotesWait(bool wait);
 
   Result<void> setMeta(const std::string& key, const std::string& value);
   Result<std::string> meta(const std::string& key) const;  ///< empty if unset

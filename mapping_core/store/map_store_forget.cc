@@ -39,8 +39,7 @@ Result<size_t> MapStore::removeRobot(const std::string& robot) {
   if (std::find(known->begin(), known->end(), robot) == known->end()) {
     std::string names;
     for (const std::string& name : *known) names += (names.empty() ? "" : ", ") + name;
-    return Error{ErrorCode::kWrongUse,
-                 database.path() + ": holds no robot '" + robot + "', but " + (names.empty() ? "none" : names)};
+    return Error{ErrorCode::kWrongUse, "holds no robot '" + robot + "', but " + (names.empty() ? "none" : names)};
   }
   size_t keyframes_of_robot = 0;
   {
@@ -53,12 +52,13 @@ Result<size_t> MapStore::removeRobot(const std::string& robot) {
   Result<Transaction> transaction = Transaction::begin(database);
   if (!transaction) return transaction.error();
   if (Result<void> set = setMeta("complete", "no"); !set) return set.error();
+  if (Result<void> set = setVotesWait(true); !set) return set.error();
   for (const char* sql : kRemovals)
     if (Result<void> ran = runWith(database, sql, robot); !ran) return ran.error();
   if (Result<void> committed = transaction->commit(); !committed) return committed.error();
-  // What was deleted is still in the file's free pages.
-  if (Result<void> vacuumed = database.execute("VACUUM"); !vacuumed) return vacuumed.error();
   return keyframes_of_robot;
 }
+
+Result<void> MapStore::compact() { return state_->database.execute("VACUUM"); }
 
 }  // namespace comap

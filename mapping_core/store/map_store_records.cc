@@ -1,4 +1,6 @@
 // Edges, verdicts and merges.
+#include <algorithm>
+
 #include "mapping_core/store/map_store_state.h"
 #include "mapping_core/store/record_rows.h"
 
@@ -20,6 +22,49 @@ Result<std::vector<WithdrawnEdge>> readEdges(Database& database, const char* sql
     Result<WithdrawnEdge> one = edgeOf(*query, database.path());
     if (!one) return one.error();
     result.push_back(std::move(*one));
+  }
+}
+
+#define COMAP_EDGE_ENDS "kind, from_robot, from_session, from_sequence, to_robot, to_session, to_sequence, merge"
+
+// From a query whose rows are COMAP_EDGE_ENDS; only those that are wanted.
+Result<std::vector<Edge>> readEnds(Query& query, const std::string& path,
+                                   const std::function<bool(const Edge&)>& wanted) {
+  std::vector<Edge> result;
+  for (;;) {
+    const Result<bool> row = query.step();
+    if (!row) return row.error();
+    if (!*row) return result;
+    const auto kind = kindOf(query.text(), path);
+    if (!kind) return kind.error();
+    Edge edge;
+    edge.kind = *kind;
+    edge.from = query.keyframeId();
+    edge.to = query.keyframeId();
+    edge.merge = query.unsigned32();
+    if (wanted(edge)) result.push_back(std::move(edge));
+  }
+}
+
+Result<std::vector<Edge>> readEnds(Database& database, const char* sql,
+                                   const std::function<bool(const Edge&)>& wanted) {
+  Result<Query> query = database.query(sql);
+  if (!query) return query.error();
+  return readEnds(*query, database.path(), wanted);
+}
+
+// Of a statement whose rows are (kind, count).
+Result<std::array<size_t, kEdgeKinds>> countKinds(Database& database, const char* sql) {
+  Result<Query> query = database.query(sql);
+  if (!query) return query.error();
+  std::array<size_t, kEdgeKinds> counts{};
+  for (;;) {
+    const Result<bool> row = query->step();
+    if (!row) return row.error();
+    if (!*row) return counts;
+    const auto kind = kindOf(query->text(), database.path());
+    if (!kind) return kind.error();
+    counts[static_cast<size_t>(*kind)] = static_cast<size_t>(query->integer());
   }
 }
 
@@ -85,21 +130,18 @@ Result<std::vector<WithdrawnEdge>> MapStore::withdrawnEdges() const {
 }
 
 Result<MapStore::EdgeCounts> MapStore::edgeCounts() const {
-  Result<Query> query =
-      state_->database.query("SELECT kind, withdrawn_by <> 0, count(*) FROM edges GROUP BY kind, withdrawn_by <> 0");
-  if (!query) return query.error();
+  // Two questions that indexes answer; asked as one, it would read every row.
+  const auto all = countKinds(state_->database, "SELECT kind, count(*) FROM edges GROUP BY kind");
+  if (!all) return all.error();
+  const auto withdrawn =
+      countKinds(state_->database, "SELECT kind, count(*) FROM edges WHERE withdrawn_by <> 0 GROUP BY kind");
+  if (!withdrawn) return withdrawn.error();
   EdgeCounts counts;
-  for (;;) {
-    const Result<bool> row = query->step();
-    if (!row) return row.error();
-    if (!*row) return counts;
-    const std::string name = query->text();
-    const bool withdrawn = query->integer() != 0;
-    const auto count = static_cast<size_t>(query->integer());
-    const auto kind = kindOf(name, state_->database.path());
-    if (!kind) return kind.error();
-    (withdrawn ? counts.withdrawn : counts.holding[static_cast<size_t>(*kind)]) += count;
+  for (size_t kind = 0; kind < kEdgeKinds; ++kind) {
+    counts.holding[kind] = (*all)[kind] - std::min((*all)[kind], (*withdrawn)[kind]);  // a core may write between
+    counts.withdrawn += (*withdrawn)[kind];
   }
+  return counts;
 }
 
 Result<void> MapStore::removeEdges(EdgeKind kind) {
@@ -121,6 +163,57 @@ Result<void> MapStore::withdrawEdge(const Edge& edge, uint32_t merge) {
                database.path() + ": holds no edge from " + toString(edge.from) + " to " + toString(edge.to)};
 }
 
+Result<std::vector<Edge>> MapStore::shapingEdges() const {
+  return readEnds(state_->database,
+                  "SELECT " COMAP_EDGE_ENDS
+                  " FROM edges WHERE kind = 'odometry' AND withdrawn_by = 0 UNION ALL "
+                  "SELECT " COMAP_EDGE_ENDS " FROM edges WHERE merge <> 0 AND withdrawn_by = 0",
+                  [](const Edge&) { return true; });
+}
+
+Result<std::vector<std::pair<KeyframeId, KeyframeId>>> MapStore::withdrawEdges(
+    uint32_t merge, const std::function<bool(const Edge&)>& apart) {
+  Database& database = state_->database;
+  // Of the ends alone, which stand in an index; whether one holds is asked of those few that are to be withdrawn.
+  const auto chosen = readEnds(database,
+                               "SELECT kind, from_robot, from_session, from_sequence, to_robot, to_session, "
+                               "to_sequence, 0 FROM edges WHERE kind IN ('loop', 'inter_robot', 'covisibility')",
+                               apart);
+  if (!chosen) return chosen.error();
+  std::vector<std::pair<KeyframeId, KeyframeId>> withdrawn;
+  for (const Edge& edge : *chosen) {
+    Result<Query> query = database.query(
+        "UPDATE edges SET withdrawn_by = ?8 WHERE kind = ?1 AND from_robot = ?2 AND from_session = ?3 AND "
+        "from_sequence = ?4 AND to_robot = ?5 AND to_session = ?6 AND to_sequence = ?7 AND withdrawn_by = 0");
+    if (!query) return query.error();
+    query->bind(kindName(edge.kind)).bind(edge.from).bind(edge.to).bind(int64_t{merge});
+    if (Result<void> ran = query->run(); !ran) return ran.error();
+    if (database.changes() > 0) withdrawn.emplace_back(edge.from, edge.to);
+  }
+  return withdrawn;
+}
+
+Result<std::vector<Edge>> MapStore::restoreEdges(uint32_t merge) {
+  Database& database = state_->database;
+  std::vector<Edge> closures;
+  {
+    Result<Query> query = database.query("SELECT " COMAP_EDGE_ENDS
+                                         " FROM edges WHERE withdrawn_by = ?1 AND "
+                                         "withdrawn_by <> 0 AND merge = ?1");
+    if (!query) return query.error();
+    query->bind(int64_t{merge});
+    auto read = readEnds(*query, database.path(), [](const Edge&) { return true; });
+    if (!read) return read;
+    closures = std::move(*read);
+  }
+  Result<Query> query =
+      database.query("UPDATE edges SET withdrawn_by = 0 WHERE withdrawn_by = ? AND withdrawn_by <> 0");
+  if (!query) return query.error();
+  query->bind(int64_t{merge});
+  if (Result<void> ran = query->run(); !ran) return ran.error();
+  return closures;
+}
+
 Result<void> MapStore::addVerdict(const MatchVerdict& v) {
   Result<Query> query = state_->database.query(
       "INSERT INTO verdicts (" COMAP_VERDICT_COLUMNS
@@ -136,13 +229,19 @@ Result<void> MapStore::addVerdict(const MatchVerdict& v) {
 
 Result<std::vector<MatchVerdict>> MapStore::verdicts(const VerdictFilter& filter) const {
   // Between ?1 and ?2 lies `accepted`; of one reason, SQLite then finds the rows by the index.
-  const char* sql = filter.reason.empty()
-                        ? "SELECT " COMAP_VERDICT_COLUMNS
-                          " FROM verdicts WHERE accepted BETWEEN ?1 AND ?2 AND ?3 = '' "
-                          "AND (?4 = '' OR query_robot = ?4 OR candidate_robot = ?4) ORDER BY number"
-                        : "SELECT " COMAP_VERDICT_COLUMNS
-                          " FROM verdicts WHERE accepted BETWEEN ?1 AND ?2 AND accepted IN (0, 1) AND reason = ?3 "
-                          "AND (?4 = '' OR query_robot = ?4 OR candidate_robot = ?4) ORDER BY number";
+#define COMAP_FROM_VERDICTS                                      \
+  " FROM verdicts WHERE accepted BETWEEN ?1 AND ?2 AND ?3 = '' " \
+  "AND (?4 = '' OR query_robot = ?4 OR candidate_robot = ?4) ORDER BY number"
+#define COMAP_FROM_VERDICTS_OF_REASON                                                       \
+  " FROM verdicts WHERE accepted BETWEEN ?1 AND ?2 AND accepted IN (0, 1) AND reason = ?3 " \
+  "AND (?4 = '' OR query_robot = ?4 OR candidate_robot = ?4) ORDER BY number"
+  const char* sql = nullptr;
+  if (filter.information)
+    sql = filter.reason.empty() ? "SELECT " COMAP_VERDICT_COLUMNS COMAP_FROM_VERDICTS
+                                : "SELECT " COMAP_VERDICT_COLUMNS COMAP_FROM_VERDICTS_OF_REASON;
+  else
+    sql = filter.reason.empty() ? "SELECT " COMAP_JUDGED_COLUMNS COMAP_FROM_VERDICTS
+                                : "SELECT " COMAP_JUDGED_COLUMNS COMAP_FROM_VERDICTS_OF_REASON;
   Result<Query> query = state_->database.query(sql);
   if (!query) return query.error();
   const int64_t first = filter.accepted.value_or(false) ? 1 : 0, last = filter.accepted.value_or(true) ? 1 : 0;
@@ -152,7 +251,7 @@ Result<std::vector<MatchVerdict>> MapStore::verdicts(const VerdictFilter& filter
     const Result<bool> row = query->step();
     if (!row) return row.error();
     if (!*row) return result;
-    result.push_back(verdictOf(*query));
+    result.push_back(filter.information ? verdictOf(*query) : verdictWithoutInformation(*query));
   }
 }
 

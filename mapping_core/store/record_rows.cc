@@ -34,6 +34,12 @@ Result<WithdrawnEdge> edgeOf(Query& query, const std::string& path) {
 }
 
 MatchVerdict verdictOf(Query& query) {
+  MatchVerdict v = verdictWithoutInformation(query);
+  v.information = query.matrix();
+  return v;
+}
+
+MatchVerdict verdictWithoutInformation(Query& query) {
   MatchVerdict v;
   v.query = query.keyframeId();
   v.candidate = query.keyframeId();
@@ -44,7 +50,6 @@ MatchVerdict verdictOf(Query& query) {
     *value = query.real();
   }
   v.T_candidate_query = query.pose();
-  v.information = query.matrix();
   return v;
 }
 

@@ -13,10 +13,11 @@
 #define COMAP_EDGE_COLUMNS                                                                                \
   "kind, from_robot, from_session, from_sequence, to_robot, to_session, to_sequence, " COMAP_POSE_COLUMNS \
   ", " COMAP_INFORMATION_COLUMNS ", merge, withdrawn_by"
-#define COMAP_VERDICT_COLUMNS                                                                            \
+#define COMAP_VERDICT_COLUMNS COMAP_JUDGED_COLUMNS ", " COMAP_INFORMATION_COLUMNS
+#define COMAP_JUDGED_COLUMNS                                                                             \
   "query_robot, query_session, query_sequence, candidate_robot, candidate_session, candidate_sequence, " \
   "accepted, reason, fern_dissimilarity, inlier_ratio, rms_sigma, degeneracy, photometric_median, "      \
-  "seen_through, unlike, features, round_trip_m, round_trip_rad, " COMAP_POSE_COLUMNS ", " COMAP_INFORMATION_COLUMNS
+  "seen_through, unlike, features, round_trip_m, round_trip_rad, " COMAP_POSE_COLUMNS
 #define COMAP_MERGE_COLUMNS "number, kept, absorbed, keyframes_ingested, undone, " COMAP_POSE_COLUMNS
 
 namespace comap {
@@ -28,6 +29,8 @@ Result<EdgeKind> kindOf(const std::string& name, const std::string& path);
 /// query's next step(); an unknown kind is kBadData at once.
 Result<WithdrawnEdge> edgeOf(Query& query, const std::string& path);
 MatchVerdict verdictOf(Query& query);
+/// Of a row without COMAP_INFORMATION_COLUMNS.
+MatchVerdict verdictWithoutInformation(Query& query);
 /// Without its lists.
 MergeRecord mergeOf(Query& query);
 /// Robots and voters of merge.number.

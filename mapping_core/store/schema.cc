@@ -91,6 +91,12 @@ CREATE TABLE tiles (
 ) STRICT;
 )sql";
 
+// Partial: rows that are not of these cost nothing.
+constexpr const char* kIndexes = R"sql(
+CREATE INDEX IF NOT EXISTS edges_withdrawn ON edges (withdrawn_by) WHERE withdrawn_by <> 0;
+CREATE INDEX IF NOT EXISTS edges_of_merges ON edges (merge) WHERE merge <> 0;
+)sql";
+
 std::string tables() {
   std::string information;
   for (int row = 0; row < 6; ++row) {
@@ -125,6 +131,14 @@ Result<void> createSchema(Database& database) {
                           "; PRAGMA user_version = " + std::to_string(kStoreVersion) + ";";
   if (Result<void> made = database.execute(sql.c_str()); !made) return made;
   return transaction->commit();
+}
+
+Result<void> createIndexes(Database& database) {
+  constexpr int64_t kAll = 2;
+  const auto there = database.integer(
+      "SELECT count(*) FROM sqlite_schema WHERE type = 'index' AND name IN ('edges_withdrawn', 'edges_of_merges')");
+  if (!there) return there.error();
+  return *there == kAll ? Result<void>() : database.execute(kIndexes);
 }
 
 Result<bool> checkSchema(Database& database) {

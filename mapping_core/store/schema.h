@@ -14,6 +14,10 @@ inline constexpr int64_t kFirstStoreVersion = 3;            ///< of the first re
 /// Makes the tables in an empty database, all or none.
 Result<void> createSchema(Database& database);
 
+/// Makes those indexes that are missing: for speed alone, no part of the version. Stores of earlier releases have none
+/// until a program opens them to write.
+Result<void> createIndexes(Database& database);
+
 /// kBadData, with what was found and expected, if it is another application's database or of a version that this
 /// program cannot read. Returns false if the database is empty.
 Result<bool> checkSchema(Database& database);

@@ -61,6 +61,7 @@ Result<void> saveWhole(const StoreSurvey& survey, MapStore& to) {
   for (const auto& [key, value] : survey.meta)
     if (auto set = to.setMeta(key, value); !set) return set;
   if (auto set = to.setMeta("complete", "no"); !set) return set;
+  if (auto set = to.setVotesWait(true); !set) return set;
   const auto lost_ties = saveKeyframes(survey, *from, to);
   if (!lost_ties) return lost_ties.error();
   if (auto saved = saveMerges(survey, to); !saved) return saved;

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <set>
 
+#include "mapping_core/store/keyframe_runs.h"
 #include "mapping_core/store/record_rows.h"
 #include "mapping_core/store/schema.h"
 #include "mapping_core/store/survey_keyframes.h"
@@ -40,45 +40,43 @@ void readMeta(Database& database, StoreSurvey& survey) {
   if (!row) survey.damage.push_back("the settings of the store: " + row.error().text);
 }
 
-Result<void> checkEnds(const std::set<KeyframeId>& whole, const KeyframeId& a, const KeyframeId& b) {
+Result<void> checkEnds(const KeyframeRuns& whole, const KeyframeId& a, const KeyframeId& b) {
   for (const KeyframeId& end : {a, b})
     if (!whole.contains(end))
       return damagedRow("names keyframe " + toString(end) + ", which is not there or not whole");
   return {};
 }
 
-void readEdges(Database& database, const std::set<KeyframeId>& whole, StoreSurvey& survey) {
+void readEdges(Database& database, const KeyframeRuns& whole, StoreSurvey& survey) {
   const auto check = [&](Query& row) -> Result<void> {
     auto edge = edgeOf(row, database.path());
     if (!edge) return edge.error();
     if (!edge->edge.information.allFinite() || !edge->edge.T_from_to.translation().allFinite())
       return damagedRow("a number of it is none");
     if (auto ends = checkEnds(whole, edge->edge.from, edge->edge.to); !ends) return ends;
-    if (auto values = valuesOf(row); !values) return values;
+    if (auto values = row.values(); !values) return values;
     survey.edges.push_back(std::move(*edge));
     return {};
   };
-  surveyTable(database, "edge", "SELECT coalesce(max(number), 0) FROM edges",
-              "SELECT " COMAP_EDGE_COLUMNS " FROM edges WHERE number = ?", check, survey.damage);
+  surveyTable(database, "edge", COMAP_TABLE_ROWS("edges", "number", COMAP_EDGE_COLUMNS), check, survey.damage);
 }
 
-void readVerdicts(Database& database, const std::set<KeyframeId>& whole, StoreSurvey& survey) {
+void readVerdicts(Database& database, const KeyframeRuns& whole, StoreSurvey& survey) {
   const auto check = [&](Query& row) -> Result<void> {
     MatchVerdict verdict = verdictOf(row);
     if (auto ends = checkEnds(whole, verdict.query, verdict.candidate); !ends) return ends;
-    if (auto values = valuesOf(row); !values) return values;
+    if (auto values = row.values(); !values) return values;
     survey.verdicts.push_back(std::move(verdict));
     return {};
   };
-  surveyTable(database, "verdict", "SELECT coalesce(max(number), 0) FROM verdicts",
-              "SELECT " COMAP_VERDICT_COLUMNS " FROM verdicts WHERE number = ?", check, survey.damage);
+  surveyTable(database, "verdict", COMAP_TABLE_ROWS("verdicts", "number", COMAP_VERDICT_COLUMNS), check, survey.damage);
 }
 
 void readMerges(Database& database, StoreSurvey& survey) {
   const auto check = [&](Query& row) -> Result<void> {
     MergeRecord merge = mergeOf(row);
     const uint32_t undone_by = row.unsigned32();
-    if (auto values = valuesOf(row); !values) return values;
+    if (auto values = row.values(); !values) return values;
     if (auto lists = readMergeLists(database, merge); !lists) return lists;
     if (!merge.T_kept_absorbed.translation().allFinite()) return damagedRow("a number of it is none");
     if (merge.kept.empty() || merge.absorbed.empty()) return damagedRow("names no map");
@@ -86,25 +84,24 @@ void readMerges(Database& database, StoreSurvey& survey) {
     survey.merges.push_back(std::move(merge));
     return {};
   };
-  surveyTable(database, "merge", "SELECT coalesce(max(number), 0) FROM merges",
-              "SELECT " COMAP_MERGE_COLUMNS ", undone_by FROM merges WHERE number = ?", check, survey.damage);
+  surveyTable(database, "merge", COMAP_TABLE_ROWS("merges", "number", COMAP_MERGE_COLUMNS ", undone_by"), check,
+              survey.damage);
 }
 
 void readTiles(Database& database, StoreSurvey& survey) {
   const auto check = [&](Query& row) -> Result<void> {
     const int64_t count = row.integer();
     if (const auto surfels = decompressSurfels(row.bytes(), count); !surfels) return surfels.error();
-    if (auto values = valuesOf(row); !values) return values;
+    if (auto values = row.values(); !values) return values;
     ++survey.tiles;
     return {};
   };
-  surveyTable(database, "tile", "SELECT coalesce(max(number), 0) FROM tiles",
-              "SELECT surfels, zstd FROM tiles WHERE number = ?", check, survey.damage);
+  surveyTable(database, "tile", COMAP_TABLE_ROWS("tiles", "number", "surfels, zstd"), check, survey.damage);
 }
 
 }  // namespace
 
-Result<StoreSurvey> surveyStore(const std::string& path) {
+Result<StoreSurvey> surveyStore(const std::string& path, const std::function<void(size_t, size_t)>& progress) {
   std::error_code code;
   if (!std::filesystem::is_regular_file(path, code)) return Error{ErrorCode::kUnreachable, path + ": no such file"};
   StoreSurvey survey;
@@ -116,9 +113,9 @@ Result<StoreSurvey> surveyStore(const std::string& path) {
   if (!*ours) return Error{ErrorCode::kBadData, path + ": is empty, no map store"};
   checkPages(*database, survey.damage);
   readMeta(*database, survey);
-  surveyKeyframes(*database, survey);
-  std::set<KeyframeId> whole;
-  for (const StoredKeyframe& keyframe : survey.keyframes) whole.insert(keyframe.id);
+  surveyKeyframes(*database, survey, progress);
+  KeyframeRuns whole;
+  for (const StoredKeyframe& keyframe : survey.keyframes) whole.add(keyframe.id);
   readEdges(*database, whole, survey);
   readVerdicts(*database, whole, survey);
   readMerges(*database, survey);

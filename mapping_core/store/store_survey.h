@@ -2,6 +2,7 @@
 // holds.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -27,7 +28,8 @@ struct StoreSurvey {
 };
 
 /// Reads only. kUnreachable or kBadData if the file is no store, or so damaged that nothing of it can be told.
-Result<StoreSurvey> surveyStore(const std::string& path);
+/// `progress` (may be empty) hears (done, all) keyframes as their pictures are read, which is most of the work.
+Result<StoreSurvey> surveyStore(const std::string& path, const std::function<void(size_t, size_t)>& progress = {});
 
 /// Writes all that is whole into `to`, an empty store; poses and tiles are left to whoever computes the maps anew.
 /// Odometry edges that are lost are taken from the keyframes themselves. Closures of a merge that is lost are left out:

@@ -26,28 +26,35 @@ std::map<int64_t, Description> readDescriptions(Database& database, StoreSurvey&
     Description description;
     description.id = row.keyframeId();
     description.crc32 = row.integer();
-    if (auto values = valuesOf(row); !values) return values;
+    if (auto values = row.values(); !values) return values;
     result[arrival] = description;
     return {};
   };
-  surveyTable(database, "row of keyframe", "SELECT coalesce(max(arrival), 0) FROM keyframes",
-              "SELECT arrival, robot, session, sequence, crc32 FROM keyframes WHERE arrival = ?", check, survey.damage);
+  surveyTable(database, "row of keyframe",
+              COMAP_TABLE_ROWS("keyframes", "arrival", "arrival, robot, session, sequence, crc32"), check,
+              survey.damage);
   return result;
 }
 
+struct WholeKeyframe {
+  StoredKeyframe stored;
+  uint32_t skipped = 0;  // sequences before it that its robot never sent
+};
+
 // Against its checksum; a message whose row is lost must be readable to the last pixel.
-Result<StoredKeyframe> wholeKeyframe(std::span<const uint8_t> message, const Description* description) {
+Result<WholeKeyframe> wholeKeyframe(std::span<const uint8_t> message, const Description* description) {
   if (description != nullptr && crc32_z(0, message.data(), message.size()) != static_cast<uLong>(description->crc32))
     return damagedRow(toString(description->id) + ", its message is damaged (checksum)");
   const auto keyframe = description != nullptr ? decodeKeyframeWithoutImages(message) : decodeKeyframe(message);
   if (!keyframe) return damagedRow("its message is damaged (" + keyframe.error().text + ")");
   if (description != nullptr && keyframe->id != description->id)
     return damagedRow("its row says " + toString(description->id) + ", its message " + toString(keyframe->id));
-  StoredKeyframe stored;
-  stored.id = keyframe->id;
-  stored.stamp_ns = keyframe->stamp_ns;
-  stored.bytes = message.size();
-  return stored;
+  WholeKeyframe whole;
+  whole.stored.id = keyframe->id;
+  whole.stored.stamp_ns = keyframe->stamp_ns;
+  whole.stored.bytes = message.size();
+  whole.skipped = keyframe->skipped;
+  return whole;
 }
 
 void readPoses(Database& database, StoreSurvey& survey) {
@@ -57,7 +64,7 @@ void readPoses(Database& database, StoreSurvey& survey) {
     const int64_t arrival = row.integer();
     const std::string map = row.text();
     const Pose pose = row.pose();
-    if (auto values = valuesOf(row); !values) return values;
+    if (auto values = row.values(); !values) return values;
     if (map.empty() || !pose.translation().allFinite()) return damagedRow("names no map, or a number of it is none");
     if (const auto keyframe = by_arrival.find(arrival); keyframe != by_arrival.end()) {
       keyframe->second->map = map;
@@ -65,8 +72,8 @@ void readPoses(Database& database, StoreSurvey& survey) {
     }
     return {};
   };
-  surveyTable(database, "pose of keyframe", "SELECT coalesce(max(keyframe), 0) FROM poses",
-              "SELECT keyframe, map, qx, qy, qz, qw, tx, ty, tz FROM poses WHERE keyframe = ?", check, survey.damage);
+  surveyTable(database, "pose of keyframe",
+              COMAP_TABLE_ROWS("poses", "keyframe", "keyframe, map, qx, qy, qz, qw, tx, ty, tz"), check, survey.damage);
 }
 
 // Sequences that are neither there nor were skipped by their robot.
@@ -86,7 +93,7 @@ void remarkGaps(const std::map<std::pair<std::string, uint64_t>, std::map<uint32
 
 }  // namespace
 
-void surveyKeyframes(Database& database, StoreSurvey& survey) {
+void surveyKeyframes(Database& database, StoreSurvey& survey, const std::function<void(size_t, size_t)>& progress) {
   const auto descriptions = readDescriptions(database, survey);
   std::map<std::pair<std::string, uint64_t>, std::map<uint32_t, uint32_t>> skipped;
   std::set<int64_t> seen;
@@ -94,28 +101,45 @@ void surveyKeyframes(Database& database, StoreSurvey& survey) {
   const auto check = [&](Query& row) -> Result<void> {
     const int64_t arrival = row.integer();
     seen.insert(arrival);
+    if (progress) progress(std::min(seen.size(), descriptions.size()), descriptions.size());
     const auto message = row.bytes();
     const auto description = descriptions.find(arrival);
-    auto stored = wholeKeyframe(message, description == descriptions.end() ? nullptr : &description->second);
-    if (!stored) return stored.error();
-    if (!ids.insert(stored->id).second) return damagedRow("is there twice: " + toString(stored->id));
-    stored->arrival = static_cast<uint32_t>(arrival);
-    const auto head = decodeKeyframeWithoutImages(message);
-    if (head) skipped[{stored->id.robot, stored->id.session}][stored->id.sequence] = head->skipped;
+    auto whole = wholeKeyframe(message, description == descriptions.end() ? nullptr : &description->second);
+    if (!whole) return whole.error();
+    StoredKeyframe& stored = whole->stored;
+    if (!ids.insert(stored.id).second) return damagedRow("is there twice: " + toString(stored.id));
+    stored.arrival = static_cast<uint32_t>(arrival);
+    skipped[{stored.id.robot, stored.id.session}][stored.id.sequence] = whole->skipped;
     if (description == descriptions.end())
-      survey.damage.push_back("keyframe " + toString(stored->id) + ": its row is lost, its message is whole");
-    survey.keyframes.push_back(std::move(*stored));
+      survey.damage.push_back("keyframe " + toString(stored.id) + ": its row is lost, its message is whole");
+    survey.keyframes.push_back(std::move(stored));
     return {};
   };
   survey.lost_keyframes =
-      surveyTable(database, "keyframe", "SELECT coalesce(max(keyframe), 0) FROM keyframe_messages",
-                  "SELECT keyframe, encoded FROM keyframe_messages WHERE keyframe = ?", check, survey.damage);
+      surveyTable(database, "keyframe", COMAP_TABLE_ROWS("keyframe_messages", "keyframe", "keyframe, encoded"), check,
+                  survey.damage);
   for (const auto& [arrival, description] : descriptions) {
     if (ids.contains(description.id) || seen.contains(arrival)) continue;
     survey.damage.push_back("keyframe " + toString(description.id) + ": its message is not there");
   }
   readPoses(database, survey);
   remarkGaps(skipped, survey);
+}
+
+Result<void> checkMessage(Database& database, int64_t arrival) {
+  auto query = database.query(
+      "SELECT robot, session, sequence, crc32, encoded FROM keyframes JOIN keyframe_messages ON keyframe = arrival "
+      "WHERE arrival = ?");
+  if (!query) return query.error();
+  const auto row = query->bind(arrival).step();
+  if (!row) return row.error();
+  if (!*row) return damagedRow("its message is not there");
+  Description description;
+  description.id = query->keyframeId();
+  description.crc32 = query->integer();
+  const auto whole = wholeKeyframe(query->bytes(), &description);
+  if (!whole) return whole.error();
+  return query->values();
 }
 
 Result<std::vector<uint8_t>> messageOf(Database& database, uint32_t arrival) {

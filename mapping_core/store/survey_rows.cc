@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 
 namespace comap {
 namespace {
@@ -52,6 +53,21 @@ Result<bool> checkRow(Database& database, const char* one, int64_t number, const
   return true;
 }
 
+// The number from which on rows are to be asked for one by one; nothing if all were read and are whole.
+std::optional<int64_t> readToDamage(Database& database, const char* all, const RowCheck& check) {
+  int64_t next = 0;
+  auto query = database.query(all);
+  if (!query) return next;
+  for (;;) {
+    const auto row = query->step();
+    if (!row) return next;
+    if (!*row) return std::nullopt;
+    const int64_t number = query->integer();
+    if (number < next || !check(*query)) return next;  // out of order: the tree itself is damaged
+    next = number + 1;
+  }
+}
+
 }  // namespace
 
 Result<Database> openDamaged(const std::string& path, std::vector<std::string>* damage) {
@@ -77,14 +93,11 @@ Result<Database> openDamaged(const std::string& path, std::vector<std::string>* 
   return database;
 }
 
-Result<void> valuesOf(Query& row) {
-  const auto next = row.step();
-  return next ? Result<void>() : Result<void>(next.error());
-}
-
-size_t surveyTable(Database& database, const std::string& what, const char* last, const char* one,
-                   const RowCheck& check, std::vector<std::string>& damage) {
-  const auto told = database.integer(last);
+size_t surveyTable(Database& database, const std::string& what, const TableRows& rows, const RowCheck& check,
+                   std::vector<std::string>& damage) {
+  const auto first = readToDamage(database, rows.all, check);
+  if (!first) return 0;
+  const auto told = database.integer(rows.last);
   const bool known = told && *told >= 0 && *told <= kMostRows;
   int64_t end = known ? *told : kBlindRows;
   if (!known)
@@ -94,8 +107,8 @@ size_t surveyTable(Database& database, const std::string& what, const char* last
   std::vector<std::string> sentences;
   {
     Failures failures(what, sentences);
-    for (int64_t number = 0; number <= end; ++number) {
-      const auto whole = checkRow(database, one, number, check);
+    for (int64_t number = *first; number <= end; ++number) {
+      const auto whole = checkRow(database, rows.one, number, check);
       if (whole && *whole && !known) end = std::max(end, number + kBlindRows);
       if (whole) continue;
       ++failed;

@@ -107,12 +107,16 @@ Query& Query::bind(const Matrix6d& matrix) {
 
 Result<bool> Query::step() {
   if (bind_code_ != SQLITE_OK) return database_->error(bind_code_);
-  if (!damage_.empty()) return Error{ErrorCode::kBadData, database_->path() + ": " + damage_};
+  if (auto read = values(); !read) return read.error();
   column_ = 0;
   const int code = sqlite3_step(statement_);
   if (code == SQLITE_ROW) return true;
   if (code == SQLITE_DONE) return false;
   return database_->error(code);
+}
+
+Result<void> Query::values() const {
+  return damage_.empty() ? Result<void>() : Error{ErrorCode::kBadData, database_->path() + ": " + damage_};
 }
 
 Result<void> Query::run() {

@@ -36,6 +36,8 @@ class Query {
 
   /// True: a row is there; false: done.
   Result<bool> step();
+  /// What was wrong with the columns read so far, if anything: what the next step() would tell.
+  Result<void> values() const;
   /// For statements without rows.
   Result<void> run();
 

@@ -47,6 +47,45 @@ Keyframe pictureOf(const BuildingGraph::Keyframe& keyframe, std::mt19937& engine
   return made;
 }
 
+// Robots join the map of the first one, each by the first closures that tie it to those that have.
+class Joining {
+ public:
+  void see(const KeyframeId& id) {
+    if (firsts_.emplace(id.robot, id).second) order_.push_back(id.robot);
+  }
+  /// Makes an edge a closure of its merge, if it is one.
+  void mark(Edge& edge) {
+    if (edge.kind != EdgeKind::kInterRobot) return;
+    if (joined_.empty()) joined_.insert(order_.front());
+    const bool from = joined_.contains(edge.from.robot), to = joined_.contains(edge.to.robot);
+    if (from == to) return;
+    const std::string robot = from ? edge.to.robot : edge.from.robot;
+    MergeRecord& merge = merges_[robot];
+    if (merge.number == 0) merge.number = static_cast<uint32_t>(merges_.size());
+    edge.merge = merge.number;
+    merge.voters.push_back(edge.to);
+    if (merge.voters.size() < kVotes) return;
+    joined_.insert(robot);
+    merge.kept = mapIdOf(firsts_.at(order_.front()));
+    merge.absorbed = mapIdOf(firsts_.at(robot));
+    merge.robots.assign(joined_.begin(), joined_.end());
+    merge.keyframes_ingested = edge.to.sequence;
+  }
+  Result<void> store(MapStore& store) const {
+    for (const auto& [robot, merge] : merges_)
+      if (auto added = store.addMerge(merge); !added) return added;
+    return {};
+  }
+  size_t robots() const { return order_.size(); }
+
+ private:
+  static constexpr size_t kVotes = 6;
+  std::map<std::string, KeyframeId> firsts_;
+  std::vector<std::string> order_;
+  std::set<std::string> joined_;
+  std::map<std::string, MergeRecord> merges_;
+};
+
 Result<void> fill(const Arguments& arguments) {
   BuildingOptions options;
   options.keyframes = arguments.keyframes;
@@ -57,7 +96,7 @@ Result<void> fill(const Arguments& arguments) {
   if (!transaction) return transaction.error();
   std::mt19937 engine(1);
   std::map<KeyframeId, Pose> poses;
-  std::set<std::string> robots;
+  Joining joining;
   size_t verdicts = 0;
   const char* reasons[] = {"inlier_ratio", "round_trip", "degenerate", "accepted"};
   for (size_t i = 0; i < building.keyframes.size(); ++i) {
@@ -67,8 +106,9 @@ Result<void> fill(const Arguments& arguments) {
     if (auto added = store->addKeyframe(keyframe.id, static_cast<int64_t>(i) * 1'000'000, *encoded); !added)
       return added.error();
     poses[keyframe.id] = keyframe.T_map_cam;
-    robots.insert(keyframe.id.robot);
-    for (const Edge& edge : keyframe.edges) {
+    joining.see(keyframe.id);
+    for (Edge edge : keyframe.edges) {
+      joining.mark(edge);
       if (auto added = store->addEdge(edge); !added) return added.error();
       if (edge.kind != EdgeKind::kLoop && edge.kind != EdgeKind::kInterRobot) continue;
       MatchVerdict verdict;
@@ -81,14 +121,7 @@ Result<void> fill(const Arguments& arguments) {
   }
   const MapId map = mapIdOf(building.keyframes.front().id);
   if (auto set = store->setPoses(map, poses); !set) return set.error();
-  MergeRecord merge;
-  merge.number = 1;
-  merge.kept = map;
-  merge.absorbed = "other-1-0";
-  merge.robots.assign(robots.begin(), robots.end());
-  merge.voters = {building.keyframes[100].id, building.keyframes[101].id};
-  merge.keyframes_ingested = 102;
-  if (auto added = store->addMerge(merge); !added) return added.error();
+  if (auto added = joining.store(*store); !added) return added;
   std::vector<Tile> tiles(static_cast<size_t>(arguments.tiles));
   for (size_t i = 0; i < tiles.size(); ++i) {
     tiles[i].key = {map, static_cast<int>(i % 100), static_cast<int>(i / 100 % 100), static_cast<int>(i / 10000)};
@@ -98,7 +131,7 @@ Result<void> fill(const Arguments& arguments) {
   if (auto set = store->setTiles(tiles); !set) return set.error();
   if (auto set = store->setMeta("complete", "yes"); !set) return set.error();
   std::printf("%s: %d keyframes of %zu robots, %zu edges, %zu verdicts, %d tiles\n", arguments.out.c_str(),
-              arguments.keyframes, robots.size(), building.edges, verdicts, arguments.tiles);
+              arguments.keyframes, joining.robots(), building.edges, verdicts, arguments.tiles);
   return transaction->commit();
 }
 

@@ -140,7 +140,6 @@ TEST_F(StoreVerbs, matchesAndMerges) {
   const auto some = nlohmann::json::parse(fleet("matches --json --reason round_trip --robot bravo " + store_).out);
   EXPECT_EQ(some["matches"].size(), 2u);
   EXPECT_EQ(some["counts"], nlohmann::json({{"accepted", 1}, {"round_trip", 2}}));
-  EXPECT_TRUE(nlohmann::json::parse(fleet("matches --json --robot carol " + store_).out)["matches"].empty());
   EXPECT_EQ(all[1]["failed"].size(), 2u);
   EXPECT_TRUE(all[0]["failed"].empty());
   const auto merges = nlohmann::json::parse(fleet("merges " + store_ + " --json").out)["merges"];
@@ -222,9 +221,24 @@ TEST_F(StoreVerbs, aStoreIsNeverWrittenOver) {
   EXPECT_EQ(fleet("info " + store_ + " --json").out, before);
 }
 
-TEST_F(StoreVerbs, aReasonThatNoMatchHasIsNamed) {
+TEST_F(StoreVerbs, whatNoMatchHasIsWrongUse) {
   fill(1);
-  EXPECT_NE(fleet("matches " + store_ + " --reason nonsense").out.find("judged 'nonsense'"), std::string::npos);
+  const Outcome reason = fleet("matches " + store_ + " --reason nonsense");
+  EXPECT_EQ(reason.code, 2);
+  EXPECT_NE(reason.err.find("was judged so, but accepted, round_trip"), std::string::npos) << reason.err;
+  const Outcome robot = fleet("matches --json --robot carol " + store_);
+  EXPECT_EQ(robot.code, 2);
+  EXPECT_NE(robot.err.find("holds no robot 'carol', but alpha, bravo"), std::string::npos) << robot.err;
+  EXPECT_EQ(robot.out, "");
+}
+
+TEST_F(StoreVerbs, aStoreInWhichNothingWasJudgedSaysWhy) {
+  ASSERT_TRUE(MapStore::open(store_, MapStore::Mode::kCreateOrOpen));
+  for (const std::string options : {"", " --reason round_trip", " --refused"}) {
+    const Outcome outcome = fleet("matches " + store_ + options);
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_NE(outcome.out.find("nothing was judged: no keyframe"), std::string::npos) << outcome.out;
+  }
 }
 
 TEST_F(StoreVerbs, robotNamesBecomeNoPaths) {

@@ -1,0 +1,47 @@
+#include <cstdio>
+#include <memory>
+
+#include "fleet_tools/command_line/fail.h"
+#include "fleet_tools/command_line/text_table.h"
+#include "fleet_tools/command_line/verb.h"
+#include "fleet_tools/store/record_json.h"
+#include "fleet_tools/store/store_change.h"
+
+namespace comap {
+namespace {
+
+int run(const StoreChange& change) {
+  const auto config = configOf(change);
+  if (!config) return failWith(config.error());
+  auto store = MapStore::open(change.store, MapStore::Mode::kOpen);
+  if (!store) return failWith(store.error());
+  const auto complete = store->meta("complete");
+  if (!complete) return failWith(complete.error());
+  const auto votes_wait = store->votesWait();
+  if (!votes_wait) return failWith(votes_wait.error());
+  if (*complete == "yes" && !*votes_wait) {
+    if (change.json)
+      printJson({{"computed", false}});
+    else
+      std::printf("%s: nothing to do, poses and tiles are final\n", printable(change.store).c_str());
+    return 0;
+  }
+  return followUp(change, *config, *store, nlohmann::json::object());
+}
+
+}  // namespace
+
+void addFinishVerb(CLI::App& app, int& exit_code) {
+  auto* verb = app.add_subcommand("finish", "Compute what the maps of a store at rest are still due");
+  verb->footer(
+      "After 'split', 'forget' or 'recover' with --later or cut off, and after a core that was: poses, surfels and "
+      "tiles\n"
+      "as the records have them. Keyframes that were not mapped yet are left to a core.\n"
+      "Example: fleet split run/map.comap 1 --later; fleet finish run/map.comap");
+  auto change = std::make_shared<StoreChange>();
+  verb->add_option("STORE", change->store, "Map store that no core is writing")->required();
+  addComputeOptions(*verb, *change);
+  verb->callback([change, &exit_code] { exit_code = run(*change); });
+}
+
+}  // namespace comap

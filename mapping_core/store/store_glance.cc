@@ -1,0 +1,177 @@
+#include "mapping_core/store/store_glance.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <set>
+
+#include "mapping_core/store/keyframe_runs.h"
+#include "mapping_core/store/schema.h"
+#include "mapping_core/store/survey_keyframes.h"
+#include "mapping_core/store/survey_rows.h"
+#include "mapping_core/store/tile_bytes.h"
+
+namespace comap {
+namespace {
+
+constexpr size_t kTold = 20;  // of one kind of damage
+
+// Sentences of one kind, of which only the first are told.
+class Told {
+ public:
+  Told(const char* what, std::vector<std::string>& damage) : what_(what), damage_(damage) {}
+  ~Told() {
+    if (count_ > kTold) damage_.push_back(std::to_string(count_ - kTold) + " more " + what_);
+  }
+  void add(const std::string& text) {
+    if (++count_ <= kTold) damage_.push_back(text);
+  }
+
+ private:
+  const char* what_;
+  std::vector<std::string>& damage_;
+  size_t count_ = 0;
+};
+
+// Tables whose rows are few or small; SQLite walks their trees and looks at every value.
+void checkSmallTables(Database& database, std::vector<std::string>& damage) {
+  for (const char* sql : {"PRAGMA quick_check(meta)", "PRAGMA quick_check(robots)", "PRAGMA quick_check(keyframes)",
+                          "PRAGMA quick_check(poses)", "PRAGMA quick_check(merges)", "PRAGMA quick_check(merge_robots)",
+                          "PRAGMA quick_check(merge_voters)"}) {
+    auto query = database.query(sql);
+    if (!query) {
+      damage.push_back(query.error().text);
+      continue;
+    }
+    for (size_t told = 0; told < kTold; ++told) {
+      const auto row = query->step();
+      if (!row) damage.push_back(std::string(sql) + " ends early: " + row.error().text);
+      if (!row || !*row) break;
+      const std::string text = query->text();
+      if (text != "ok") damage.push_back("SQLite: " + text);
+    }
+  }
+}
+
+// Goes through the rows of a statement; what keeps it from the end is damage.
+size_t eachRow(Database& database, const char* what, const char* sql, std::vector<std::string>& damage,
+               const std::function<void(Query&)>& look) {
+  auto query = database.query(sql);
+  size_t rows = 0;
+  Result<bool> row = query ? query->step() : Result<bool>(query.error());
+  for (; row && *row; row = query->step(), ++rows) look(*query);
+  if (!row) damage.push_back(std::string(what) + ": " + row.error().text);
+  return rows;
+}
+
+void lookAtKeyframes(Database& database, StoreGlance& glance, KeyframeRuns& known, std::vector<int64_t>& numbers) {
+  std::set<std::string> robots;
+  eachRow(database, "robots", "SELECT name FROM robots", glance.damage, [&](Query& row) { robots.insert(row.text()); });
+  Told strangers("keyframes of unknown robots", glance.damage);
+  eachRow(database, "keyframes", "SELECT arrival, robot, session, sequence FROM keyframes ORDER BY arrival",
+          glance.damage, [&](Query& row) {
+            numbers.push_back(row.integer());
+            const KeyframeId id = row.keyframeId();
+            if (!robots.contains(id.robot)) strangers.add("keyframe " + toString(id) + " is of no known robot");
+            known.add(id);
+          });
+  glance.keyframes = numbers.size();
+  Told missing("keyframes without a message", glance.damage);
+  eachRow(database, "pictures",
+          "SELECT robot, session, sequence FROM keyframes WHERE NOT EXISTS (SELECT 1 FROM keyframe_messages WHERE "
+          "keyframe = arrival)",
+          glance.damage,
+          [&](Query& row) { missing.add("keyframe " + toString(row.keyframeId()) + ": its message is not there"); });
+  Told poses("poses of no keyframe", glance.damage);
+  eachRow(database, "poses",
+          "SELECT keyframe FROM poses WHERE NOT EXISTS (SELECT 1 FROM keyframes WHERE arrival = keyframe)",
+          glance.damage, [&](Query& row) {
+            poses.add("pose of keyframe " + std::to_string(row.integer()) + ": there is no such keyframe");
+          });
+}
+
+// Of a statement whose rows begin with two keyframes.
+size_t lookAtEnds(Database& database, const char* what, const char* sql, const KeyframeRuns& known,
+                  StoreGlance& glance) {
+  Told loose("of the same kind", glance.damage);
+  return eachRow(database, what, sql, glance.damage, [&](Query& row) {
+    for (int end = 0; end < 2; ++end) {
+      const KeyframeId id = row.keyframeId();
+      if (!known.contains(id))
+        loose.add(std::string(what) + ": one names keyframe " + toString(id) + ", which is not there");
+    }
+  });
+}
+
+// Up to `most` of `all`, evenly, the last one among them.
+template <class Value>
+std::vector<Value> spread(const std::vector<Value>& all, size_t most) {
+  if (all.size() <= most) return all;
+  std::vector<Value> some;
+  for (size_t i = 1; i <= most; ++i) some.push_back(all[i * all.size() / most - 1]);
+  return some;
+}
+
+void readSomePictures(Database& database, const std::vector<int64_t>& numbers, StoreGlance& glance) {
+  for (const int64_t number : numbers) {
+    if (auto whole = checkMessage(database, number); !whole)
+      glance.damage.push_back("keyframe " + std::to_string(number) + ": " + whole.error().text);
+    ++glance.pictures_read;
+  }
+}
+
+void readSomeTiles(Database& database, size_t most, StoreGlance& glance) {
+  std::vector<int64_t> numbers;
+  // By an index of its own: the rows hold the surfels.
+  eachRow(database, "tiles", "SELECT number FROM tiles INDEXED BY sqlite_autoindex_tiles_1", glance.damage,
+          [&](Query& row) { numbers.push_back(row.integer()); });
+  glance.tiles = numbers.size();
+  std::sort(numbers.begin(), numbers.end());
+  for (const int64_t number : spread(numbers, most)) {
+    auto query = database.query("SELECT surfels, zstd FROM tiles WHERE number = ?");
+    const auto row = query ? query->bind(number).step() : Result<bool>(query.error());
+    Result<void> whole;
+    if (!row) {
+      whole = row.error();
+    } else if (*row) {
+      const int64_t count = query->integer();
+      if (const auto surfels = decompressSurfels(query->bytes(), count); !surfels) whole = surfels.error();
+    }
+    if (!whole) glance.damage.push_back("tile " + std::to_string(number) + ": " + whole.error().text);
+    ++glance.tiles_read;
+  }
+}
+
+}  // namespace
+
+Result<StoreGlance> glanceAtStore(const std::string& path, size_t most_read) {
+  std::error_code code;
+  if (!std::filesystem::is_regular_file(path, code)) return Error{ErrorCode::kUnreachable, path + ": no such file"};
+  StoreGlance glance;
+  glance.path = path;
+  glance.bytes = std::filesystem::file_size(path, code);
+  auto database = openDamaged(path, &glance.damage);
+  if (!database) return database.error();
+  const auto ours = checkSchema(*database);
+  if (!ours) return ours.error();
+  if (!*ours) return Error{ErrorCode::kBadData, path + ": is empty, no map store"};
+  checkSmallTables(*database, glance.damage);
+  KeyframeRuns known;
+  std::vector<int64_t> numbers;
+  lookAtKeyframes(*database, glance, known, numbers);
+  glance.edges = lookAtEnds(*database, "edges",
+                            "SELECT from_robot, from_session, from_sequence, to_robot, to_session, to_sequence "
+                            "FROM edges INDEXED BY sqlite_autoindex_edges_1",
+                            known, glance);
+  glance.verdicts = lookAtEnds(*database, "verdicts",
+                               "SELECT query_robot, query_session, query_sequence, candidate_robot, "
+                               "candidate_session, candidate_sequence FROM verdicts",
+                               known, glance);
+  const auto merges = database->integer("SELECT count(*) FROM merges");
+  if (merges) glance.merges = static_cast<size_t>(*merges);
+  readSomePictures(*database, spread(numbers, most_read), glance);
+  readSomeTiles(*database, most_read, glance);
+  return glance;
+}
+
+}  // namespace comap
