@@ -7,7 +7,11 @@
 
 namespace comap {
 
-/// kWrongUse if `path` is a database, as every map store and outbox is: a picture or an export never takes its place.
-Result<void> refuseDatabase(const std::string& path);
+/// For `--out`, a file: one that is there is replaced, unless it is a database, as every map store and outbox is, or no
+/// regular file at all. kWrongUse if it may not be written over, kUnreachable if its folder is not there.
+Result<void> checkOutputFile(const std::string& path);
+
+/// For `--out`, a folder to be made or added to. kWrongUse if something else stands there.
+Result<void> checkOutputFolder(const std::string& path);
 
 }  // namespace comap

@@ -64,6 +64,10 @@ std::string humanBytes(double bytes) {
   return text;
 }
 
+std::string counted(size_t count, const std::string& noun) {
+  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
 std::string fixed(double value, int decimals) {
   if (!std::isfinite(value)) return "-";
   char text[64];

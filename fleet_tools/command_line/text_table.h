@@ -12,6 +12,9 @@ std::string printable(const std::string& text);
 /// "1.5 MB": bytes in units of 1000.
 std::string humanBytes(double bytes);
 
+/// "1 merge", "2 merges".
+std::string counted(size_t count, const std::string& noun);
+
 /// A number with `decimals` digits, "-" if it is not finite.
 std::string fixed(double value, int decimals);
 

@@ -7,11 +7,13 @@
 
 #include "fleet_tools/command_line/fail.h"
 #include "fleet_tools/command_line/output_file.h"
+#include "fleet_tools/command_line/progress.h"
 #include "fleet_tools/command_line/text_table.h"
 #include "fleet_tools/command_line/verb.h"
 #include "fleet_tools/export/glb.h"
 #include "fleet_tools/export/map_points.h"
 #include "fleet_tools/export/ply.h"
+#include "fleet_tools/export/recording.h"
 #include "fleet_tools/export/staged_files.h"
 #include "fleet_tools/export/tiles3d.h"
 #include "fleet_tools/store/record_json.h"
@@ -30,7 +32,7 @@ struct ExportOptions {
 
 struct Exported {
   std::vector<std::string> files;
-  size_t points = 0, poses = 0;
+  size_t points = 0, poses = 0, pictures = 0, events = 0;
 };
 
 std::string list(const std::set<MapId>& maps) {
@@ -84,15 +86,15 @@ Result<Exported> exportPoints(const MapStore& store, const ExportOptions& option
   StagedFiles staged;
   const std::string file = staged.stage(options.out);
   if (options.format == "ply") {
-    if (const auto written = writePly(file, points); !written) return written.error();
+    if (const auto written = writePly(file, points); !written) return staged.named(written.error());
   } else {
     const auto up = upOf(store, *tiles);
     if (!up) return up.error();
     const GlbOptions glb{Eigen::Quaterniond::FromTwoVectors(*up, Eigen::Vector3d::UnitY()), tiles->front().key.map};
-    if (const auto written = writeGlb(file, points, glb); !written) return written.error();
+    if (const auto written = writeGlb(file, points, glb); !written) return staged.named(written.error());
   }
   if (const auto committed = staged.commit(); !committed) return committed.error();
-  return Exported{{options.out}, points.size(), 0};
+  return Exported{{options.out}, points.size()};
 }
 
 Result<Exported> exportTiles3d(const MapStore& store, const ExportOptions& options) {
@@ -102,9 +104,9 @@ Result<Exported> exportTiles3d(const MapStore& store, const ExportOptions& optio
   if (!up) return up.error();
   StagedFiles staged;
   const auto written = writeTiles3d(staged, options.out, *tiles, *up);
-  if (!written) return written.error();
+  if (!written) return staged.named(written.error());
   if (const auto committed = staged.commit(); !committed) return committed.error();
-  return Exported{{(fs::path(options.out) / "tileset.json").string()}, written->points, 0};
+  return Exported{{(fs::path(options.out) / "tileset.json").string()}, written->points};
 }
 
 std::string tumLine(const StoredKeyframe& keyframe) {
@@ -172,41 +174,80 @@ Result<Exported> exportTum(const MapStore& store, const ExportOptions& options) 
   return exported;
 }
 
+Result<Exported> exportRecording(const MapStore& store, const ExportOptions& options) {
+  if (!options.map.empty()) {
+    const auto tiles = chosenTiles(store, options);  // says which maps there are, if not this one
+    if (!tiles) return tiles.error();
+  }
+  const auto keyframes = store.keyframes();
+  if (!keyframes) return keyframes.error();
+  for (const StoredKeyframe& keyframe : *keyframes)
+    if (const auto checked = checkNames(options, keyframe); !checked) return checked.error();
+  StagedFiles staged;
+  const auto counts = [&] {
+    Progress progress("writing keyframes");
+    return writeRecording(store, staged.stage(options.out), options.map,
+                          [&](size_t done, size_t all) { progress.show(done, all); });
+  }();
+  if (!counts) return staged.named(counts.error());
+  if (const auto committed = staged.commit(); !committed) return committed.error();
+  return Exported{{options.out}, counts->points, counts->poses, counts->pictures, counts->events};
+}
+
+Result<Exported> exportAs(const MapStore& store, const ExportOptions& options) {
+  if (options.format == "tum") return exportTum(store, options);
+  if (options.format == "tiles3d") return exportTiles3d(store, options);
+  if (options.format == "mcap") return exportRecording(store, options);
+  return exportPoints(store, options);
+}
+
 int run(const ExportOptions& options) {
-  if (const auto free = refuseDatabase(options.out); !free) return failWith(free.error());
+  const bool folder = options.format == "tum" || options.format == "tiles3d";
+  if (const auto free = folder ? checkOutputFolder(options.out) : checkOutputFile(options.out); !free)
+    return failWith(free.error());
   const Result<MapStore> store = MapStore::open(options.store, MapStore::Mode::kReadOnly);
   if (!store) return failWith(store.error());
-  const bool poses = options.format == "tum";
-  const Result<Exported> exported = poses                         ? exportTum(*store, options)
-                                    : options.format == "tiles3d" ? exportTiles3d(*store, options)
-                                                                  : exportPoints(*store, options);
+  const Result<Exported> exported = exportAs(*store, options);
   if (!exported) return failWith(exported.error());
   if (options.json) {
-    printJson({{"files", exported->files}, {"points", exported->points}, {"poses", exported->poses}});
+    printJson({{"files", exported->files},
+               {"points", exported->points},
+               {"poses", exported->poses},
+               {"pictures", exported->pictures},
+               {"events", exported->events}});
     return 0;
   }
   for (const std::string& file : exported->files) std::printf("%s\n", file.c_str());
-  std::printf("%zu %s\n", poses ? exported->poses : exported->points, poses ? "poses" : "points");
+  std::string content;
+  for (const auto& [count, noun] : {std::pair(exported->points, "point"),
+                                    {exported->poses, "pose"},
+                                    {exported->pictures, "picture"},
+                                    {exported->events, "event"}})
+    if (count > 0) content += (content.empty() ? "" : ", ") + counted(count, noun);
+  std::printf("%s\n", content.empty() ? "nothing is in it yet" : content.c_str());
   return 0;
 }
 
 }  // namespace
 
 void addExportVerb(CLI::App& app, int& exit_code) {
-  auto* verb = app.add_subcommand("export", "A map as a point cloud, or the keyframes' trajectories");
+  auto* verb = app.add_subcommand("export", "A map as a point cloud, trajectories, or all as a recording");
   verb->footer(
       "ply, glb: one file, the surfels of one map; glb is binary glTF, whose y is up. tiles3d: a folder with a tileset "
       "of\n"
       "3D Tiles 1.1, a content for each tile of one map and thinned ones for far views. tum: a folder with\n"
-      "ROBOT.trajectory.txt in the frame of its map, in one folder per map if there are several.\n"
+      "ROBOT.trajectory.txt in the frame of its map, in one folder per map if there are several. mcap: one file, a\n"
+      "recording for Foxglove and others: each robot's poses, pictures and camera at their times, merges, the maps.\n"
       "Example: fleet export run/map.comap --format ply --out map.ply");
   auto options = std::make_shared<ExportOptions>();
   verb->add_option("STORE", options->store, "Map store to read")->required();
   verb->add_option("--format", options->format, "What to write")
       ->required()
-      ->check(CLI::IsMember({"ply", "glb", "tiles3d", "tum"}));
-  verb->add_option("--out", options->out, "File (ply, glb) or folder (tiles3d, tum) to write")->required();
-  verb->add_option("--map", options->map, "Which map; needed if there are several, except for tum");
+      ->check(CLI::IsMember({"ply", "glb", "tiles3d", "tum", "mcap"}));
+  verb->add_option("--out", options->out,
+                   "File (ply, glb, mcap) or folder (tiles3d, tum) to write; files that are there are replaced")
+      ->required();
+  verb->add_option("--map", options->map, "Which map; needed if there are several, except for tum and mcap");
   verb->add_flag("--json", options->json, "Print what was written as one JSON document");
   verb->callback([options, &exit_code] { exit_code = run(*options); });
 }

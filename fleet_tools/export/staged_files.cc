@@ -32,6 +32,13 @@ std::string StagedFiles::stage(const fs::path& final) {
   return files_.back().first.string();
 }
 
+Error StagedFiles::named(Error error) const {
+  for (const auto& [staged, final] : files_)
+    if (const size_t at = error.text.find(staged.string()); at != std::string::npos)
+      error.text.replace(at, staged.string().size(), final.string());
+  return error;
+}
+
 Result<void> StagedFiles::commit() {
   for (const auto& [staged, final] : files_) {
     std::error_code code;

@@ -23,6 +23,8 @@ class StagedFiles {
   Result<void> makeFolder(const std::filesystem::path& folder);
   /// The name to write `final` under until commit().
   std::string stage(const std::filesystem::path& final);
+  /// The error with the final names in it, in place of those that nobody gave.
+  Error named(Error error) const;
   /// kWrongUse if something else than a file is in the way; kUnreachable if a file cannot be put there.
   Result<void> commit();
 

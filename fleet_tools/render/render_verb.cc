@@ -111,7 +111,7 @@ Result<PictureView> chooseView(const RenderOptions& options, std::span<const Sto
 }
 
 int run(const RenderOptions& options) {
-  if (const auto free = refuseDatabase(options.out); !free) return failWith(free.error());
+  if (const auto free = checkOutputFile(options.out); !free) return failWith(free.error());
   const auto size = parseSize(options.size);
   if (!size) return failWith(size.error());
   const auto store = MapStore::open(options.store, MapStore::Mode::kReadOnly);
@@ -161,15 +161,16 @@ void addRenderVerb(CLI::App& app, int& exit_code) {
       "Example: fleet render run/map.comap --out map.png --colour contribution");
   auto options = std::make_shared<RenderOptions>();
   verb->add_option("STORE", options->store, "Map store to read")->required();
-  verb->add_option("--out", options->out, "PNG file to write")->required();
+  verb->add_option("--out", options->out, "PNG file to write; one that is there is replaced")->required();
   verb->add_option("--view", options->view, "orbit, top, robot:NAME or 'pose tx ty tz qx qy qz qw'")
       ->capture_default_str();
   const std::map<std::string, Colouring> colourings = {{"rgb", Colouring::kRgb},
                                                        {"normal", Colouring::kNormal},
                                                        {"contribution", Colouring::kContribution},
                                                        {"confidence", Colouring::kConfidence}};
-  verb->add_option("--colour", options->colouring, "rgb, normal, contribution or confidence")
-      ->transform(CLI::CheckedTransformer(colourings));
+  verb->add_option("--colour", options->colouring, "What the colours are")
+      ->transform(CLI::CheckedTransformer(colourings))
+      ->option_text("TEXT [rgb]: rgb, normal, contribution or confidence");
   verb->add_option("--map", options->map, "Which map; the largest if left out");
   verb->add_option("--size", options->size, "WIDTHxHEIGHT in pixels")->capture_default_str();
   verb->add_option("--device", options->device, "auto, llvmpipe or an index")->capture_default_str();

@@ -303,9 +303,11 @@ std::string renderReportPage(const json& report, const std::vector<ReportPicture
                                              {"frames without tracking", {"tracking_lost_frames"}},
                                              {"sent, MB", {"uplink_bytes"}, 1e-6, 1},
                                              {"sent, kB/s", {"uplink_bytes_per_s"}, 1e-3, 0},
+                                             {"received, MB", {"downlink_bytes"}, 1e-6, 1},
                                              {"own error, mm", {"ate_rmse_m"}, 1000, 1},
                                              {"joint error, mm", {"joint_ate_rmse_m"}, 1000, 1},
-                                             {"drift in 1 s, mm", {"rpe_1s", "translation_rmse_m"}, 1000, 1}};
+                                             {"drift in 1 s, mm", {"rpe_1s", "translation_rmse_m"}, 1000, 1},
+                                             {"turn in 1 s, degrees", {"rpe_1s", "rotation_rmse_deg"}, 1, 3}};
   const std::vector<Column> map_columns = {{"map", {"id"}},
                                            {"robots", {"robots"}},
                                            {"keyframes", {"keyframes"}},
@@ -323,11 +325,13 @@ std::string renderReportPage(const json& report, const std::vector<ReportPicture
                                                {"median, mm", {"accuracy_median_m"}, 1000, 2},
                                                {"90 % nearer than, mm", {"accuracy_p90_m"}, 1000, 2},
                                                {"complete to 2 cm, %", {"completeness_2cm"}, 100, 1},
-                                               {"of what was seen, %", {"completeness_seen_2cm"}, 100, 1}};
+                                               {"of what was seen, %", {"completeness_seen_2cm"}, 100, 1},
+                                               {"double walls, %", {"double_surface"}, 100, 2}};
   const std::vector<Column> closure_columns = {{"accepted between robots", {"accepted"}},
                                                {"right", {"right"}},
                                                {"precision", {"precision"}, 1, 3},
                                                {"keyframe recall", {"keyframe_recall"}, 1, 3},
+                                               {"pair recall", {"pair_recall"}, 1, 3},
                                                {"false merges", {"false_merges"}},
                                                {"still standing", {"false_merges_standing"}},
                                                {"first right merge, s", {"first_merge_s"}, 1, 1}};
@@ -335,7 +339,10 @@ std::string renderReportPage(const json& report, const std::vector<ReportPicture
   if (const json* values = find(report, {"closures"}); values != nullptr && values->is_object())
     closures.push_back(*values);
   std::vector<json> surface;
-  if (const json* values = find(report, {"surface"}); values != nullptr && !values->empty()) surface.push_back(*values);
+  json of_surface = json::object();
+  if (const json* values = find(report, {"surface"}); values != nullptr && values->is_object()) of_surface = *values;
+  if (const json* doubles = find(report, {"double_surface"})) of_surface["double_surface"] = *doubles;
+  if (!of_surface.empty()) surface.push_back(std::move(of_surface));
 
   const std::map<std::string, size_t> colours = robotColours(report);
   std::string page = pageHead("CoMap report") + "<p class=\"sub\">";

@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "fleet_tools/command_line/fail.h"
+#include "fleet_tools/command_line/text_table.h"
 #include "fleet_tools/command_line/verb.h"
 #include "fleet_tools/store/store_change.h"
 

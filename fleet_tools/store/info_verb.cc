@@ -160,12 +160,15 @@ void print(const StoreInfo& info) {
   std::printf("%s: %s, schema %lld%s\n", printable(info.path).c_str(), humanBytes(double(info.bytes_on_disk)).c_str(),
               static_cast<long long>(kStoreVersion),
               info.version.empty() ? "" : (", written by CoMap " + printable(info.version)).c_str());
-  std::printf("%zu keyframes (%zu without a pose yet), %zu merges\n", info.keyframes, info.keyframes_without_pose,
-              info.merges);
+  std::printf("%s (%zu without a pose yet), %s\n", counted(info.keyframes, "keyframe").c_str(),
+              info.keyframes_without_pose, counted(info.merges, "merge").c_str());
   if (info.undone_merges > 0)
-    std::printf("%zu of the merges were undone; %zu edges are withdrawn\n", info.undone_merges, info.withdrawn_edges);
+    std::printf("%zu of the merges %s undone; %s withdrawn\n", info.undone_merges,
+                info.undone_merges == 1 ? "is" : "are", counted(info.withdrawn_edges, "edge").c_str());
   if (!info.complete)
-    std::printf("INCOMPLETE: the core is still writing or was cut off; poses and tiles are not the final ones\n");
+    std::printf(
+        "INCOMPLETE: the core is still writing or was cut off; poses and tiles are not the final ones\n"
+        "('fleet finish', or a core that ends in order, completes them)\n");
   std::printf("edges: %zu odometry, %zu loop, %zu inter-robot, %zu covisibility\n\n", info.edges[0], info.edges[1],
               info.edges[2], info.edges[3]);
 

@@ -38,6 +38,20 @@ void printCounts(const std::map<std::string, size_t>& counts) {
   if (!table.empty()) std::printf("\n%s", table.text().c_str());
 }
 
+// Of the tests, in their order, the last one that was made; what came after it has left zeros.
+enum class Stage { kNone, kCoarse, kFull, kSurface, kAppearance, kRoundTrip };
+
+Stage stageReached(const MatchVerdict& v) {
+  if (v.accepted) return Stage::kRoundTrip;
+  if (v.reason == "coarse_alignment") return Stage::kCoarse;
+  if (v.reason == "seen_through" || v.reason == "depth_disagrees") return Stage::kSurface;
+  if (v.reason == "unlike" || v.reason == "featureless") return Stage::kAppearance;
+  if (v.reason == "round_trip") return Stage::kRoundTrip;
+  // These judge votes, whose own tests are theirs if they are told.
+  if (v.reason == "contradiction" || v.reason == "rival") return v.inlier_ratio > 0 ? Stage::kRoundTrip : Stage::kNone;
+  return Stage::kFull;
+}
+
 // `any`: whether there are others than these.
 void print(const std::vector<MatchVerdict>& verdicts, bool any) {
   if (verdicts.empty()) {
@@ -49,10 +63,17 @@ void print(const std::vector<MatchVerdict>& verdicts, bool any) {
   TextTable table({"QUERY", "CANDIDATE", "VERDICT", "FAILED", "FERNS", "INLIERS", "RMS sigma", "DEGENERACY", "GREY",
                    "THROUGH", "UNLIKE", "FEATURES", "TRIP mm", "TRIP deg", "APART m"});
   for (const MatchVerdict& v : verdicts) {
+    const Stage reached = stageReached(v);
+    const auto from = [&](Stage stage, double value, int decimals) {
+      return reached >= stage ? fixed(value, decimals) : std::string("-");
+    };
     table.add({toString(v.query), toString(v.candidate), v.accepted ? "accepted" : v.reason, failedText(v),
-               fixed(v.fern_dissimilarity, 3), fixed(v.inlier_ratio, 3), fixed(v.rms_sigma, 2), fixed(v.degeneracy, 5),
-               fixed(v.photometric_median, 1), fixed(v.seen_through, 3), fixed(v.unlike, 2), fixed(v.features, 2),
-               fixed(1000 * v.round_trip_m, 1), fixed(v.round_trip_rad * 180 / std::numbers::pi, 2),
+               from(Stage::kCoarse, v.fern_dissimilarity, 3), from(Stage::kCoarse, v.inlier_ratio, 3),
+               from(Stage::kCoarse, v.rms_sigma, 2), from(Stage::kFull, v.degeneracy, 5),
+               from(Stage::kFull, v.photometric_median, 1), from(Stage::kSurface, v.seen_through, 3),
+               from(Stage::kAppearance, v.unlike, 2), from(Stage::kAppearance, v.features, 2),
+               from(Stage::kRoundTrip, 1000 * v.round_trip_m, 1),
+               from(Stage::kRoundTrip, v.round_trip_rad * 180 / std::numbers::pi, 2),
                fixed(v.T_candidate_query.translation().norm(), 3)});
   }
   std::printf("%s", table.text().c_str());

@@ -38,10 +38,10 @@ Result<StoreSurvey> save(const RecoverArguments& arguments) {
     return surveyStore(arguments.damaged, [&](size_t done, size_t all) { progress.show(done, all); });
   }();
   if (!survey) return survey;
-  if (survey->keyframes.empty() && survey->lost_keyframes > 0)
-    return Error{ErrorCode::kProblem, arguments.damaged + ": nothing can be saved, all " +
-                                          std::to_string(survey->lost_keyframes) +
-                                          " keyframes are lost; 'fleet doctor' tells what is damaged"};
+  if (survey->keyframes.empty() && !survey->damage.empty())
+    return Error{ErrorCode::kProblem, arguments.damaged + ": no keyframe can be saved, " +
+                                          counted(survey->lost_keyframes, "keyframe") +
+                                          " lost; 'fleet doctor' tells what is damaged"};
   const std::string draft = arguments.change.store + ".part";
   removeStore(draft);  // of a start that was interrupted
   {

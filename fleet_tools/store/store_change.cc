@@ -51,10 +51,6 @@ nlohmann::json describe(const MapBuilder& builder, const std::vector<Tile>& tile
 
 }  // namespace
 
-std::string counted(size_t count, const std::string& noun) {
-  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
-}
-
 void addComputeOptions(CLI::App& verb, StoreChange& change) {
   verb.add_option("--device", change.device, "Vulkan device: auto, llvmpipe or a number")->capture_default_str();
   verb.add_option("--config", change.config, "The core's YAML file, if the store was made with one");

@@ -36,7 +36,4 @@ int followUp(const StoreChange& change, const CoreConfig& config, MapStore& stor
 /// Prints what computeMaps() told, for people.
 void printMaps(const nlohmann::json& outcome);
 
-/// "1 merge", "2 merges".
-std::string counted(size_t count, const std::string& noun);
-
 }  // namespace comap

@@ -9,10 +9,8 @@ namespace {
 
 constexpr std::chrono::milliseconds kBetweenAsking(500);
 constexpr std::chrono::seconds kBetweenFrames(2);
-constexpr double kEverywhere_m = 1e5;
 constexpr uint32_t kBudget_bytes_per_s = 32u << 20;  // the core sends what is seen to arrive
 constexpr size_t kMostTrailPoints = 4000, kMostKeyframes = 20000;
-constexpr size_t kMostHeld = 32768;  // of one message
 
 size_t surfelsIn(const std::map<TileKey, Tile>& tiles) {
   size_t sum = 0;
@@ -76,6 +74,7 @@ void LiveScene::takeTile(const Delivery& delivery, ViewFeed& feed) {
   tile->places.clear();
   feed.setTile(*tile);
   const TileKey key = tile->key;
+  asking_[key.map].took(key, tile->revision);
   map.insert_or_assign(key, std::move(*tile));
 }
 
@@ -84,6 +83,7 @@ void LiveScene::forgetMaps(ViewFeed& feed) {
   std::erase_if(tiles_, [&](const auto& entry) {
     if (maps.contains(entry.first)) return false;
     feed.dropTiles(entry.first);
+    asking_.erase(entry.first);
     return true;
   });
 }
@@ -92,15 +92,14 @@ void LiveScene::askForTiles() {
   for (const MapId& map : watch_.maps()) {
     Interest interest;
     interest.robot = name_;
-    interest.radius_m = kEverywhere_m;
     interest.budget_bytes_per_s = kBudget_bytes_per_s;
-    interest.at = MapPose{map, Pose()};
+    Eigen::Vector3d robot_m = Eigen::Vector3d::Zero();
     for (const auto& [name, robot] : watch_.robots())
-      if (const auto pose = robot.T_map_cam(); pose && robot.correction->map == map) interest.at->T_map_cam = *pose;
-    for (const auto& [key, tile] : tiles_[map]) {
-      if (interest.held.size() == kMostHeld) break;
-      interest.held.push_back({key, tile.revision});
-    }
+      if (const auto pose = robot.T_map_cam(); pose && robot.correction->map == map) robot_m = pose->translation();
+    TileAsking::Question question = asking_[map].next(tiles_[map], robot_m);
+    interest.radius_m = question.radius_m;
+    interest.at = MapPose{map, Pose(Eigen::Quaterniond::Identity(), question.centre_m)};
+    interest.held = std::move(question.held);
     // What does not get through is asked again.
     if (const auto encoded = encodeInterest(interest)) (void)link_->publish(Topic::kInterest, name_, *encoded);
   }

@@ -9,6 +9,7 @@
 
 #include "fleet_tools/view/scene_json.h"
 #include "fleet_tools/view/store_scene.h"
+#include "fleet_tools/view/tile_asking.h"
 #include "fleet_tools/view/view_feed.h"
 #include "fleet_tools/watch/site_watch.h"
 #include "protocol/link/link.h"
@@ -56,6 +57,7 @@ class LiveScene {
   std::string name_, site_;
   SiteWatch watch_;
   std::map<MapId, std::map<TileKey, Tile>> tiles_;
+  std::map<MapId, TileAsking> asking_;
   std::map<std::string, Trail> trails_;
   uint32_t arrivals_ = 0;
   WatchClock::time_point asked_{}, framed_{};

@@ -123,9 +123,12 @@ void addViewVerb(CLI::App& app, int& exit_code) {
   verb->add_option("STORE", options->store, "Map store to read");
   verb->add_flag("--live", options->live, "Listen to a running site");
   addObserverOptions(*verb, options->link);
-  verb->add_option("--port", options->server.port, "TCP port; 0: any free one")->check(CLI::Range(0, 65535));
+  verb->add_option("--port", options->server.port, "TCP port; 0: any free one")
+      ->check(CLI::Range(0, 65535))
+      ->capture_default_str();
   verb->add_option("--address", options->server.address,
-                   "IPv4 address to listen on; others than 127.0.0.1 let the network see the map and the pictures");
+                   "IPv4 address to listen on; others than 127.0.0.1 let the network see the map and the pictures")
+      ->capture_default_str();
   verb->callback([options, &exit_code] { exit_code = run(*options); });
 }
 

@@ -18,9 +18,10 @@ constexpr int kNames = 16;
 void addObserverOptions(CLI::App& verb, DdsLinkOptions& options) {
   options.role = LinkRole::kObserver;
   options.notice = [](const std::string& line) { std::fprintf(stderr, "fleet: %s\n", line.c_str()); };
-  verb.add_option("--site", options.site, "Site to listen to");
-  verb.add_option("--domain", options.domain, "DDS domain")->check(CLI::Range(0, 230));
-  verb.add_option("--interface", options.interface_address, "Network interface to use: its IPv4 address, or its name");
+  verb.add_option("--site", options.site, "Site to listen to")->capture_default_str();
+  verb.add_option("--domain", options.domain, "DDS domain")->check(CLI::Range(0, 230))->capture_default_str();
+  verb.add_option("--interface", options.interface_address, "Network interface to use: its IPv4 address, or its name")
+      ->capture_default_str();
   verb.add_option("--core", options.core_address, "IPv4 address of the core, for networks without multicast")
       ->each([&options](const std::string&) { options.profile = "wan"; });
   verb.add_option("--discovery", options.discovery_server,

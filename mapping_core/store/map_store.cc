@@ -30,6 +30,8 @@ Result<void> checkFile(const std::string& path, MapStore::Mode mode) {
   if (status.type() == fs::file_type::directory) {
     return Error{ErrorCode::kUnreachable, path + ": is a folder, expected a map store"};
   }
+  if (status.type() != fs::file_type::regular)
+    return Error{ErrorCode::kUnreachable, path + ": is no regular file, expected a map store"};
   return {};
 }
 

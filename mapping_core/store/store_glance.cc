@@ -48,7 +48,7 @@ void checkSmallTables(Database& database, std::vector<std::string>& damage) {
       if (!row) damage.push_back(std::string(sql) + " ends early: " + row.error().text);
       if (!row || !*row) break;
       const std::string text = query->text();
-      if (text != "ok") damage.push_back("SQLite: " + text);
+      if (text != "ok") addLines("SQLite: ", text, damage);
     }
   }
 }
@@ -145,13 +145,12 @@ void readSomeTiles(Database& database, size_t most, StoreGlance& glance) {
 }  // namespace
 
 Result<StoreGlance> glanceAtStore(const std::string& path, size_t most_read) {
-  std::error_code code;
-  if (!std::filesystem::is_regular_file(path, code)) return Error{ErrorCode::kUnreachable, path + ": no such file"};
   StoreGlance glance;
   glance.path = path;
-  glance.bytes = std::filesystem::file_size(path, code);
   auto database = openDamaged(path, &glance.damage);
   if (!database) return database.error();
+  std::error_code code;
+  glance.bytes = std::filesystem::file_size(path, code);
   const auto ours = checkSchema(*database);
   if (!ours) return ours.error();
   if (!*ours) return Error{ErrorCode::kBadData, path + ": is empty, no map store"};

@@ -11,7 +11,8 @@
 namespace comap {
 
 Result<StoreLock> StoreLock::take(const std::string& path, bool create) {
-  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | (create ? O_CREAT : 0), 0644);
+  // Of a pipe, a writer is not waited for.
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | (create ? O_CREAT : 0), 0644);
   if (file < 0) return Error{ErrorCode::kUnreachable, path + ": " + std::strerror(errno)};
   if (flock(file, LOCK_EX | LOCK_NB) != 0) {
     close(file);

@@ -26,7 +26,7 @@ void checkPages(Database& database, std::vector<std::string>& damage) {
     if (!row) return damage.push_back("SQLite's own check ends early: " + row.error().text);
     if (!*row) return;
     const std::string text = query->text();
-    if (text != "ok") damage.push_back("SQLite: " + text);
+    if (text != "ok") addLines("SQLite: ", text, damage);
   }
 }
 
@@ -102,8 +102,6 @@ void readTiles(Database& database, StoreSurvey& survey) {
 }  // namespace
 
 Result<StoreSurvey> surveyStore(const std::string& path, const std::function<void(size_t, size_t)>& progress) {
-  std::error_code code;
-  if (!std::filesystem::is_regular_file(path, code)) return Error{ErrorCode::kUnreachable, path + ": no such file"};
   StoreSurvey survey;
   survey.path = path;
   auto database = openDamaged(path, &survey.damage);

@@ -122,6 +122,9 @@ void surveyKeyframes(Database& database, StoreSurvey& survey, const std::functio
     if (ids.contains(description.id) || seen.contains(arrival)) continue;
     survey.damage.push_back("keyframe " + toString(description.id) + ": its message is not there");
   }
+  // Where not even their number can be read, the rows that describe them tell it.
+  survey.lost_keyframes =
+      std::max(survey.lost_keyframes, descriptions.size() - std::min(descriptions.size(), survey.keyframes.size()));
   readPoses(database, survey);
   remarkGaps(skipped, survey);
 }

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <sstream>
 
 namespace comap {
 namespace {
@@ -16,6 +17,8 @@ class Failures {
  public:
   Failures(std::string what, std::vector<std::string>& damage) : what_(std::move(what)), damage_(damage) {}
   ~Failures() { tell(); }
+  /// Whether there are so many rows is not known beyond `last`.
+  void guessedUntil(int64_t last) { guessed_ = last; }
   void add(int64_t number, const std::string& reason) {
     if (count_ > 0 && (number != last_ + 1 || reason != reason_)) tell();
     if (count_++ == 0) first_ = number;
@@ -26,14 +29,14 @@ class Failures {
  private:
   void tell() {
     if (count_ == 0) return;
-    damage_.push_back(what_ + " " + std::to_string(first_) + (count_ > 1 ? " to " + std::to_string(last_) : "") + ": " +
-                      reason_);
+    const std::string range = last_ == guessed_ ? " and those after it" : " to " + std::to_string(last_);
+    damage_.push_back(what_ + " " + std::to_string(first_) + (count_ > 1 ? range : "") + ": " + reason_);
     count_ = 0;
   }
 
   const std::string what_;
   std::vector<std::string>& damage_;
-  int64_t first_ = 0, last_ = 0, count_ = 0;
+  int64_t first_ = 0, last_ = 0, count_ = 0, guessed_ = -1;
   std::string reason_;
 };
 
@@ -72,6 +75,13 @@ std::optional<int64_t> readToDamage(Database& database, const char* all, const R
 
 Result<Database> openDamaged(const std::string& path, std::vector<std::string>* damage) {
   constexpr std::streamoff kPageSizeAt = 16, kPagesAt = 28;
+  std::error_code none;
+  const auto status = std::filesystem::status(path, none);
+  if (!std::filesystem::is_regular_file(status))
+    return Error{ErrorCode::kUnreachable,
+                 path + (std::filesystem::is_directory(status) ? ": is a folder, expected a map store"
+                         : std::filesystem::exists(status)     ? ": is no regular file, expected a map store"
+                                                               : ": no such file")};
   auto database = Database::open(std::filesystem::absolute(path).string(), SQLITE_OPEN_READONLY);
   std::error_code code;
   if (!database || std::filesystem::exists(path + "-wal", code)) return database;  // pages may be in its log
@@ -91,6 +101,11 @@ Result<Database> openDamaged(const std::string& path, std::vector<std::string>* 
     damage->push_back("the file is cut off: it has " + std::to_string(bytes) + " bytes, and its head tells of " +
                       std::to_string(page_bytes * pages));
   return database;
+}
+
+void addLines(const std::string& prefix, const std::string& text, std::vector<std::string>& damage) {
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) damage.push_back(prefix + line);
 }
 
 size_t surveyTable(Database& database, const std::string& what, const TableRows& rows, const RowCheck& check,
@@ -114,6 +129,7 @@ size_t surveyTable(Database& database, const std::string& what, const TableRows&
       ++failed;
       failures.add(number, reasonOf(whole.error(), database));
     }
+    if (!known) failures.guessedUntil(end);
   }
   if (failed == static_cast<size_t>(end) + 1 && !told) {
     damage.back() = what + "s: none can be read (" + reasonOf(told.error(), database) + ")";

@@ -9,8 +9,12 @@
 
 namespace comap {
 
-/// For reading, cut off or not. Of a file that is cut off `damage`, if given, gets a sentence.
+/// For reading, cut off or not. Of a file that is cut off `damage`, if given, gets a sentence. kUnreachable if it is
+/// not there or no file.
 Result<Database> openDamaged(const std::string& path, std::vector<std::string>* damage);
+
+/// Adds each line of a text by itself.
+void addLines(const std::string& prefix, const std::string& text, std::vector<std::string>& damage);
 
 /// Keeps the row if it is whole; else tells why not, and keeps nothing. What is wrong with a value is in row.values().
 using RowCheck = std::function<Result<void>(Query& row)>;

@@ -1,6 +1,10 @@
 // A running site as an observer hears it: `fleet watch`, and the tiles that `fleet view --live` asks for.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <poll.h>
+#include <pty.h>
+#include <sys/ioctl.h>
+#include <termios.h>
 
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -20,6 +24,126 @@ using testing::HasSubstr;
 constexpr const char* kDomain = "187";
 
 class Live : public FlatTest {};
+
+// `fleet watch` on a terminal of its own, whose screen is what it writes.
+class Terminal {
+ public:
+  Terminal(const std::vector<std::string>& arguments, unsigned short columns, unsigned short rows) {
+    winsize size{rows, columns, 0, 0};
+    std::vector<std::string> words = {COMAP_BIN_DIR "/fleet"};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    pid_ = forkpty(&master_, nullptr, nullptr, &size);
+    if (pid_ == 0) {
+      execv(argv[0], argv.data());
+      _exit(127);
+    }
+    tcgetattr(master_, &before_);
+  }
+  ~Terminal() {
+    if (!code_) kill(pid_, SIGKILL);
+    if (!code_) waitpid(pid_, nullptr, 0);
+    close(master_);
+  }
+  // What was written until `text` came, from the end of the last answer on; empty if it does not come.
+  std::string until(const std::string& text) {
+    const auto end = std::chrono::steady_clock::now() + 30s;
+    while (std::chrono::steady_clock::now() < end) {
+      if (const size_t at = seen_.find(text); at != std::string::npos) {
+        const std::string part = seen_.substr(0, at + text.size());
+        seen_.erase(0, part.size());
+        return part;
+      }
+      pollfd readable{master_, POLLIN, 0};
+      if (poll(&readable, 1, 200) != 1) continue;
+      char bytes[4096];
+      const ssize_t got = read(master_, bytes, sizeof bytes);
+      if (got <= 0) break;
+      seen_.append(bytes, size_t(got));
+    }
+    return {};
+  }
+  void resize(unsigned short columns, unsigned short rows) const {
+    const winsize size{rows, columns, 0, 0};
+    ASSERT_EQ(ioctl(master_, TIOCSWINSZ, &size), 0);
+  }
+  void press(char key) const { ASSERT_EQ(write(master_, &key, 1), 1); }
+  int wait() {
+    int status = 0;
+    if (!code_ && waitpid(pid_, &status, 0) == pid_) code_ = WIFEXITED(status) ? WEXITSTATUS(status) : 256;
+    return code_.value_or(-1);
+  }
+  // Lines and echo as they were.
+  bool restored() const {
+    termios now{};
+    return tcgetattr(master_, &now) == 0 && now.c_lflag == before_.c_lflag;
+  }
+  bool echoes() const {
+    termios now{};
+    return tcgetattr(master_, &now) == 0 && (now.c_lflag & ECHO) != 0;
+  }
+
+ private:
+  int master_ = -1;
+  pid_t pid_ = -1;
+  termios before_{};
+  std::string seen_;
+  std::optional<int> code_;
+};
+
+std::vector<std::string> linesOf(std::string frame) {
+  const size_t top = frame.rfind("\x1b[H");
+  if (top != std::string::npos) frame.erase(0, top + 3);
+  std::vector<std::string> lines;
+  std::istringstream in(frame);
+  for (std::string line; std::getline(in, line);) {
+    line = line.substr(0, line.find("\x1b"));
+    lines.push_back(line);
+  }
+  return lines;
+}
+
+constexpr const char *kEntered = "\x1b[?1049h\x1b[?25l", *kLeft = "\x1b[?25h\x1b[?1049l", *kDrawn = "\x1b[J";
+
+TEST_F(Live, OnATerminalTheScreenFitsAndIsLeftAsItWas) {
+  Background core("mapping_core", {"--store", folder_.path("watched.comap"), "--domain", kDomain},
+                  folder_.path("core.log"));
+  const std::vector<std::string> watch = {"watch", "--wait", "60", "--domain", kDomain};
+  Terminal terminal(watch, 100, 30);
+  ASSERT_NE(terminal.until(kEntered), "");
+  EXPECT_FALSE(terminal.echoes());
+  const std::string site = terminal.until("core: ");
+  ASSERT_THAT(site, HasSubstr("site default; ")) << contentOf(folder_.path("core.log"));
+  ASSERT_NE(terminal.until(kDrawn), "");
+  terminal.resize(16, 3);
+  std::vector<std::string> lines;
+  for (int frame = 0; frame < 3; ++frame) lines = linesOf(terminal.until(kDrawn));  // one may be on its way
+  ASSERT_EQ(lines.size(), 3u);
+  EXPECT_EQ(lines[0], "site default; co");
+  for (const std::string& line : lines) EXPECT_LE(line.size(), 16u);
+  terminal.press('x');
+  terminal.press('q');
+  EXPECT_NE(terminal.until(kLeft), "");
+  EXPECT_EQ(terminal.wait(), 0);
+  EXPECT_TRUE(terminal.restored());
+
+  Terminal interrupted(watch, 80, 24);
+  ASSERT_NE(interrupted.until(kDrawn), "");
+  interrupted.press('\x03');
+  EXPECT_NE(interrupted.until(kLeft), "");
+  EXPECT_EQ(interrupted.wait(), 0);
+  EXPECT_TRUE(interrupted.restored());
+  EXPECT_EQ(core.end(SIGTERM), 0) << contentOf(folder_.path("core.log"));
+
+  Terminal alone({"watch", "--wait", "1", "--domain", kDomain}, 80, 24);
+  EXPECT_NE(alone.until("no core is heard"), "");
+  EXPECT_NE(alone.until(kLeft), "");
+  EXPECT_NE(alone.until("fleet: no mapping core of site 'default'"), "") << "told on the screen that stays";
+  EXPECT_EQ(alone.wait(), 3);
+  EXPECT_TRUE(alone.restored());
+}
 
 TEST_F(Live, ASiteIsWatchedAndItsTilesComeToAnObserver) {
   const ProgramRun nobody = runProgram("fleet watch --wait 1 --domain " + std::string(kDomain));

@@ -1,5 +1,6 @@
 // info, matches, merges and export, as called from the command line.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
@@ -75,6 +76,12 @@ class StoreVerbs : public ::testing::Test {
     addMatchesVerb(app, code);
     addMergesVerb(app, code);
     addExportVerb(app, code);
+    addRenderVerb(app, code);
+    addDoctorVerb(app, code);
+    addRecoverVerb(app, code);
+    addSplitVerb(app, code);
+    addForgetVerb(app, code);
+    addFinishVerb(app, code);
     ::testing::internal::CaptureStdout();
     ::testing::internal::CaptureStderr();
     try {
@@ -202,7 +209,7 @@ TEST_F(StoreVerbs, failuresLeaveNoFilesAndSayWhy) {
   EXPECT_EQ(fleet("export " + store_ + " --format tum --out " + nowhere).code, 3);
   EXPECT_EQ(fleet("export " + store_ + " --format obj --out x").code, 2);
   std::ofstream(folder_ / "file") << "mine";
-  EXPECT_EQ(fleet("export " + store_ + " --format tum --out " + (folder_ / "file").string()).code, 3);
+  EXPECT_EQ(fleet("export " + store_ + " --format tum --out " + (folder_ / "file").string()).code, 2);
   EXPECT_EQ(entries(), (std::set<std::string>{"file", "map.comap"}));
 }
 
@@ -239,6 +246,72 @@ TEST_F(StoreVerbs, aStoreInWhichNothingWasJudgedSaysWhy) {
     EXPECT_EQ(outcome.code, 0);
     EXPECT_NE(outcome.out.find("nothing was judged: no keyframe"), std::string::npos) << outcome.out;
   }
+}
+
+TEST_F(StoreVerbs, outputsThatAreNoFilesAreRefusedAtOnce) {
+  fill(1);
+  const std::string pipe = (folder_ / "pipe").string();
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  for (const std::string verb : {"export --format ply ", "render "}) {
+    for (const auto& [out, why] : {std::pair(pipe, "is no regular file"), std::pair(folder_.string(), "is a folder"),
+                                   std::pair(std::string("''"), "the name is empty")}) {
+      const Outcome outcome = fleet(verb + store_ + " --out " + out);
+      EXPECT_EQ(outcome.code, 2) << verb << out;
+      EXPECT_NE(outcome.err.find(why), std::string::npos) << outcome.err;
+    }
+    const Outcome nowhere = fleet(verb + store_ + " --out " + (folder_ / "no/map.x").string());
+    EXPECT_EQ(nowhere.code, 3);
+    EXPECT_NE(nowhere.err.find("folder " + (folder_ / "no").string() + " does not exist"), std::string::npos)
+        << nowhere.err;
+  }
+}
+
+TEST_F(StoreVerbs, storesThatAreNoFilesAreRefusedAtOnce) {
+  const std::string pipe = (folder_ / "pipe").string();
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  for (const std::string verb : {"info ", "doctor ", "split --later ", "recover --out x.comap ", "finish "}) {
+    const std::string rest = verb.starts_with("split") ? " 1" : "";
+    EXPECT_NE(fleet(verb + pipe + rest).err.find("is no regular file, expected a map store"), std::string::npos)
+        << verb;
+    EXPECT_NE(fleet(verb + folder_.string() + rest).err.find("is a folder, expected a map store"), std::string::npos)
+        << verb;
+  }
+}
+
+TEST_F(StoreVerbs, decisionsAreInTheRecordsBeforeTheMaps) {
+  fill(1);
+  {
+    auto store = MapStore::open(store_, MapStore::Mode::kOpen);
+    ASSERT_TRUE(store->setMeta("complete", "yes"));
+    Edge closure{idOf("alpha", 0), idOf("bravo", 1), EdgeKind::kInterRobot, {}, {}};
+    closure.merge = 1;
+    ASSERT_TRUE(store->addEdge(closure));
+    ASSERT_TRUE(store->addEdge({idOf("alpha", 2), idOf("bravo", 2), EdgeKind::kCovisibility, {}, {}}));
+  }
+  const auto json = [&](const std::string& command) {
+    const Outcome outcome = fleet(command + " --json");
+    EXPECT_EQ(outcome.code, 0) << command << outcome.err;
+    return outcome.code == 0 ? nlohmann::json::parse(outcome.out) : nlohmann::json();
+  };
+  EXPECT_EQ(fleet("split " + store_ + " x").code, 2);
+  EXPECT_EQ(fleet("split " + store_ + " 9").code, 2);
+  const Outcome split = fleet("split " + store_ + " 1 --later --reason test");
+  EXPECT_EQ(split.code, 0) << split.err;
+  EXPECT_EQ(
+      split.out,
+      "merge 1 is undone: test\nthe maps follow with the next start of a core, or with: fleet finish " + store_ + "\n");
+  const auto info = json("info " + store_);
+  EXPECT_EQ(info["complete"], false);
+  EXPECT_EQ(info["undone_merges"], 1);
+  EXPECT_EQ(info["withdrawn_edges"], 2) << "the closure, and what tied the same two maps";
+  EXPECT_EQ(info["edges"]["odometry"], 4);
+  const auto merges = json("merges " + store_)["merges"];
+  EXPECT_EQ(merges[0]["undone"], "test");
+  EXPECT_EQ(json("split " + store_ + " 1 --undo --later")["rejoined"].size(), 1u);
+  EXPECT_EQ(json("info " + store_)["withdrawn_edges"], 0);
+  EXPECT_EQ(json("merges " + store_)["merges"][0]["keyframes_ingested"], 6) << "when it was made";
+  EXPECT_EQ(json("forget " + store_ + " bravo --later")["keyframes_removed"], 3);
+  EXPECT_EQ(json("info " + store_)["keyframes"], 3);
 }
 
 TEST_F(StoreVerbs, robotNamesBecomeNoPaths) {

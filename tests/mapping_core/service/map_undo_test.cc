@@ -99,7 +99,7 @@ TEST_F(MapUndo, RefusesWhatMakesNoSenseAndChangesNothing) {
   MapBuilder builder(device, *store, roomOptions());
   ASSERT_EQ(mapTurns(builder, *store, "ab", 0, 5).size(), 1u);
   const auto texts = [](const Result<MapChange>& result) { return result ? std::string() : result.error().text; };
-  EXPECT_EQ(texts(builder.split(7, "x")), "merge 7 is not in the store, which holds 1 merges");
+  EXPECT_EQ(texts(builder.split(7, "x")), "merge 7 is not in the store, which holds 1 merge");
   EXPECT_EQ(texts(builder.split(1, "")), "merge 1 cannot be undone without a reason");
   EXPECT_EQ(texts(builder.rejoin(1)), "merge 1 is not undone");
   EXPECT_EQ(builder.components().anchors().size(), 1u);

@@ -87,6 +87,24 @@ TEST_F(SchemaTest, StoresOfAllReleasesAreReadWhole) {
   EXPECT_GE(releases, 1u);
 }
 
+// What is for speed alone is made for stores that lack it, and is no part of their version.
+TEST_F(SchemaTest, IndexesAreMadeWhereTheyAreMissing) {
+  const char* count = "SELECT count(*) FROM sqlite_schema WHERE name IN ('edges_withdrawn', 'edges_of_merges')";
+  for (const auto& file : std::filesystem::directory_iterator(kReleases)) {
+    SCOPED_TRACE(file.path().string());
+    std::filesystem::copy_file(file.path(), path_, std::filesystem::copy_options::overwrite_existing);
+    {
+      const auto older = read();
+      ASSERT_TRUE(older) << older.error().text;
+      EXPECT_EQ(older->edgeCounts()->holding[static_cast<size_t>(EdgeKind::kLoop)], 1u) << "read without them, too";
+      EXPECT_EQ(*writable().integer(count), 0);
+    }
+    ASSERT_TRUE(create());
+    EXPECT_EQ(*writable().integer(count), 2);
+    EXPECT_EQ(*writable().integer("PRAGMA user_version"), kStoreVersion);
+  }
+}
+
 constexpr std::array<Migration, 2> kSteps{
     {{kStoreVersion, "ALTER TABLE keyframes ADD COLUMN note TEXT NOT NULL DEFAULT 'none'"},
      {kStoreVersion + 1, "CREATE TABLE extra (number INTEGER PRIMARY KEY) STRICT; INSERT INTO extra VALUES (7)"}}};
