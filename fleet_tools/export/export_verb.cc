@@ -219,10 +219,8 @@ int run(const ExportOptions& options) {
   }
   for (const std::string& file : exported->files) std::printf("%s\n", file.c_str());
   std::string content;
-  for (const auto& [count, noun] : {std::pair(exported->points, "point"),
-                                    {exported->poses, "pose"},
-                                    {exported->pictures, "picture"},
-                                    {exported->events, "event"}})
+  for (const auto& [count, noun] : {std::pair(exported->points, "point"), std::pair(exported->poses, "pose"),
+                                    std::pair(exported->pictures, "picture"), std::pair(exported->events, "event")})
     if (count > 0) content += (content.empty() ? "" : ", ") + counted(count, noun);
   std::printf("%s\n", content.empty() ? "nothing is in it yet" : content.c_str());
   return 0;

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <set>
 
+#include "fleet_tools/command_line/text_table.h"
 #include "fleet_tools/export/map_points.h"
 #include "fleet_tools/export/mcap_writer.h"
 #include "protocol/codec/colour_codec.h"
@@ -182,7 +183,7 @@ Result<size_t> writeEvents(Topics& topics, const MapStore& store, const std::map
   for (const MergeRecord& merge : *merges) {
     if (merge.voters.empty()) continue;
     std::string text = "merge " + std::to_string(merge.number) + ": map " + merge.absorbed + " becomes part of " +
-                       merge.kept + " by " + std::to_string(merge.voters.size()) + " votes";
+                       merge.kept + " by " + counted(merge.voters.size(), "vote");
     if (!merge.undone.empty()) text += "; taken back later: " + merge.undone;
     const auto level = merge.undone.empty() ? foxglove::Log::INFO : foxglove::Log::WARNING;
     if (auto told = tell(merge.voters.back(), level, text); !told) return told.error();

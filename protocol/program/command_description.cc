@@ -187,7 +187,7 @@ std::string manPage(const CLI::App& command, const std::string& path) {
   std::ostringstream out;
   std::string upper = title;
   std::transform(upper.begin(), upper.end(), upper.begin(), [](unsigned char c) { return std::toupper(c); });
-  out << ".TH " << upper << " 1 \"\" \"CoMap " COMAP_VERSION "\" \"CoMap\"\n.SH NAME\n"
+  out << ".TH " << upper << " 1 \"\" \"CoMap " COMAP_VERSION "\" \"CoMap\"\n.ad l\n.SH NAME\n"
       << troff(title) << " \\- " << troff(command.get_description()) << "\n.SH SYNOPSIS\n.B " << troff(path) << "\n";
   const auto options = optionsOf(command);
   const auto verbs = command.get_subcommands({});
@@ -204,8 +204,12 @@ std::string manPage(const CLI::App& command, const std::string& path) {
   out << ".SH OPTIONS\n";
   for (const OptionWords& option : options) {
     out << ".TP\n\\fB" << troff(option.names.empty() ? option.positional : joined(option.names, ", ")) << "\\fR";
-    if (option.takes_value && !option.names.empty())
-      out << " \\fI" << (option.choices.empty() ? std::string("VALUE") : troff(joined(option.choices, "|"))) << "\\fR";
+    if (option.takes_value && !option.names.empty()) {
+      std::string value = option.choices.empty() ? "VALUE" : "";
+      for (const std::string& choice : option.choices)
+        value += (value.empty() ? "" : "|\\:") + troff(choice);  // \: lets a line end there
+      out << " \\fI" << value << "\\fR";
+    }
     out << "\n" << troff(option.text) << "\n";
   }
   if (!command.get_footer().empty()) out << ".SH NOTES\n.nf\n" << troff(command.get_footer()) << "\n.fi\n";

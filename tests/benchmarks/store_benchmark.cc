@@ -1,5 +1,6 @@
 // How long fleet's questions to a store take at size:
 //   store_benchmark [--keyframes N] [--tiles N] [--out FILE] [--verbs "info,doctor,..."]
+// A verb's words after its name follow the store's.
 // Makes a store of robots that walk a building (small pictures, so that rows and not bytes are measured), then runs
 // each verb as its own process and prints wall time, processor time and exit code.
 #include <sys/resource.h>
@@ -23,8 +24,17 @@ namespace {
 struct Arguments {
   int keyframes = 100000, tiles = 5000, surfels_per_tile = 300;
   std::string out = "store_benchmark.comap";
-  std::vector<std::string> verbs = {"info",   "merges", "matches --reason round_trip", "matches --accepted", "matches",
-                                    "doctor", "recover"};
+  // The last ones change the store: a split and its undoing, and a robot that goes.
+  std::vector<std::string> verbs = {"info",
+                                    "merges",
+                                    "matches --reason round_trip",
+                                    "matches",
+                                    "doctor",
+                                    "doctor --full",
+                                    "recover --later",
+                                    "split 2 --later",
+                                    "split 2 --undo --later",
+                                    "forget r3 --later"};
 };
 
 constexpr int kWidth = 32, kHeight = 24;
@@ -141,7 +151,7 @@ int measure(const std::string& fleet, const std::string& verb, const std::string
   const size_t space = verb.find(' ');
   std::string command = "'" + fleet + "' " + verb.substr(0, space) + " '" + store + "'";
   if (space != std::string::npos) command += verb.substr(space);
-  if (verb == "recover") command += " --out '" + store + ".saved'";
+  if (verb.starts_with("recover")) command += " --out '" + store + ".saved'";
   const auto start = std::chrono::steady_clock::now();
   rusage before{}, after{};
   getrusage(RUSAGE_CHILDREN, &before);

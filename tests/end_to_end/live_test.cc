@@ -21,7 +21,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 
-constexpr const char* kDomain = "187";
+constexpr const char *kDomain = "187", *kTerminalDomain = "186";
 
 class Live : public FlatTest {};
 
@@ -108,9 +108,9 @@ std::vector<std::string> linesOf(std::string frame) {
 constexpr const char *kEntered = "\x1b[?1049h\x1b[?25l", *kLeft = "\x1b[?25h\x1b[?1049l", *kDrawn = "\x1b[J";
 
 TEST_F(Live, OnATerminalTheScreenFitsAndIsLeftAsItWas) {
-  Background core("mapping_core", {"--store", folder_.path("watched.comap"), "--domain", kDomain},
+  Background core("mapping_core", {"--store", folder_.path("watched.comap"), "--domain", kTerminalDomain},
                   folder_.path("core.log"));
-  const std::vector<std::string> watch = {"watch", "--wait", "60", "--domain", kDomain};
+  const std::vector<std::string> watch = {"watch", "--wait", "60", "--domain", kTerminalDomain};
   Terminal terminal(watch, 100, 30);
   ASSERT_NE(terminal.until(kEntered), "");
   EXPECT_FALSE(terminal.echoes());
@@ -137,7 +137,7 @@ TEST_F(Live, OnATerminalTheScreenFitsAndIsLeftAsItWas) {
   EXPECT_TRUE(interrupted.restored());
   EXPECT_EQ(core.end(SIGTERM), 0) << contentOf(folder_.path("core.log"));
 
-  Terminal alone({"watch", "--wait", "1", "--domain", kDomain}, 80, 24);
+  Terminal alone({"watch", "--wait", "1", "--domain", kTerminalDomain}, 80, 24);
   EXPECT_NE(alone.until("no core is heard"), "");
   EXPECT_NE(alone.until(kLeft), "");
   EXPECT_NE(alone.until("fleet: no mapping core of site 'default'"), "") << "told on the screen that stays";

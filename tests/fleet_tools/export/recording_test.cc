@@ -127,7 +127,9 @@ struct McapFile {
     return times;
   }
 
-  explicit McapFile(const std::string& path) {
+  explicit McapFile(const std::string& path) { read(path); }
+
+  void read(const std::string& path) {
     std::ifstream in(path, std::ios::binary);
     const std::string bytes((std::istreambuf_iterator<char>(in)), {});
     const std::string magic("\x89MCAP0\r\n", 8);
@@ -300,7 +302,7 @@ TEST_F(Recording, HoldsWhatTheStoreHolds) {
   EXPECT_NE(decoder.text(points[0]).find("point_stride: 16 fields { name: \"x\" type: FLOAT32 }"), std::string::npos);
   const auto events = file.of("/events");
   ASSERT_EQ(events.size(), 2u);
-  EXPECT_NE(decoder.text(events[0]).find("merge 1: map bravo-5-0 becomes part of alpha-5-0 by 1 votes"),
+  EXPECT_NE(decoder.text(events[0]).find("merge 1: map bravo-5-0 becomes part of alpha-5-0 by 1 vote"),
             std::string::npos);
 }
 

@@ -109,7 +109,7 @@ TEST(KeyframeRuns, KnowsWhatASetKnows) {
   std::map<KeyframeId, uint32_t> all;
   KeyframeRuns runs;
   for (int i = 0; i < 4000; ++i) {
-    const KeyframeId id{engine() % 2 == 0 ? "a" : "b", engine() % 2, engine() % 1500};
+    const KeyframeId id{engine() % 2 == 0 ? "a" : "b", engine() % 2, uint32_t(engine() % 1500)};
     const uint32_t group = id.sequence / 400;
     if (!all.emplace(id, group).second) continue;
     runs.add(id, group);
