@@ -1,5 +1,6 @@
 // Edges, verdicts and merges.
 #include <algorithm>
+#include <numeric>
 
 #include "mapping_core/store/map_store_state.h"
 #include "mapping_core/store/record_rows.h"
@@ -27,9 +28,11 @@ Result<std::vector<WithdrawnEdge>> readEdges(Database& database, const char* sql
 
 #define COMAP_EDGE_ENDS "kind, from_robot, from_session, from_sequence, to_robot, to_session, to_sequence, merge"
 
-// From a query whose rows are COMAP_EDGE_ENDS; only those that are wanted.
+// From a query whose rows are COMAP_EDGE_ENDS, and then their numbers if `numbers` is given; only those that are
+// wanted.
 Result<std::vector<Edge>> readEnds(Query& query, const std::string& path,
-                                   const std::function<bool(const Edge&)>& wanted) {
+                                   const std::function<bool(const Edge&)>& wanted,
+                                   std::vector<int64_t>* numbers = nullptr) {
   std::vector<Edge> result;
   for (;;) {
     const Result<bool> row = query.step();
@@ -42,15 +45,17 @@ Result<std::vector<Edge>> readEnds(Query& query, const std::string& path,
     edge.from = query.keyframeId();
     edge.to = query.keyframeId();
     edge.merge = query.unsigned32();
-    if (wanted(edge)) result.push_back(std::move(edge));
+    if (!wanted(edge)) continue;
+    if (numbers != nullptr) numbers->push_back(query.integer());
+    result.push_back(std::move(edge));
   }
 }
 
-Result<std::vector<Edge>> readEnds(Database& database, const char* sql,
-                                   const std::function<bool(const Edge&)>& wanted) {
+Result<std::vector<Edge>> readEnds(Database& database, const char* sql, const std::function<bool(const Edge&)>& wanted,
+                                   std::vector<int64_t>* numbers = nullptr) {
   Result<Query> query = database.query(sql);
   if (!query) return query.error();
-  return readEnds(*query, database.path(), wanted);
+  return readEnds(*query, database.path(), wanted, numbers);
 }
 
 // Of a statement whose rows are (kind, count).
@@ -175,20 +180,22 @@ Result<std::vector<std::pair<KeyframeId, KeyframeId>>> MapStore::withdrawEdges(
     uint32_t merge, const std::function<bool(const Edge&)>& apart) {
   Database& database = state_->database;
   // Of the ends alone, which stand in an index; whether one holds is asked of those few that are to be withdrawn.
-  const auto chosen = readEnds(database,
-                               "SELECT kind, from_robot, from_session, from_sequence, to_robot, to_session, "
-                               "to_sequence, 0 FROM edges WHERE kind IN ('loop', 'inter_robot', 'covisibility')",
-                               apart);
+  std::vector<int64_t> numbers;
+  auto chosen = readEnds(database,
+                         "SELECT kind, from_robot, from_session, from_sequence, to_robot, to_session, to_sequence, 0, "
+                         "number FROM edges WHERE kind IN ('loop', 'inter_robot', 'covisibility')",
+                         apart, &numbers);
   if (!chosen) return chosen.error();
+  std::vector<size_t> order(numbers.size());  // as they lie in the file
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return numbers[a] < numbers[b]; });
   std::vector<std::pair<KeyframeId, KeyframeId>> withdrawn;
-  for (const Edge& edge : *chosen) {
-    Result<Query> query = database.query(
-        "UPDATE edges SET withdrawn_by = ?8 WHERE kind = ?1 AND from_robot = ?2 AND from_session = ?3 AND "
-        "from_sequence = ?4 AND to_robot = ?5 AND to_session = ?6 AND to_sequence = ?7 AND withdrawn_by = 0");
+  for (const size_t i : order) {
+    Result<Query> query = database.query("UPDATE edges SET withdrawn_by = ? WHERE number = ? AND withdrawn_by = 0");
     if (!query) return query.error();
-    query->bind(kindName(edge.kind)).bind(edge.from).bind(edge.to).bind(int64_t{merge});
+    query->bind(int64_t{merge}).bind(numbers[i]);
     if (Result<void> ran = query->run(); !ran) return ran.error();
-    if (database.changes() > 0) withdrawn.emplace_back(edge.from, edge.to);
+    if (database.changes() > 0) withdrawn.emplace_back((*chosen)[i].from, (*chosen)[i].to);
   }
   return withdrawn;
 }

@@ -118,6 +118,8 @@ Result<void> fill(const Arguments& arguments) {
     poses[keyframe.id] = keyframe.T_map_cam;
     joining.see(keyframe.id);
     for (Edge edge : keyframe.edges) {
+      // How the building knows where its robots start; here merges tell it.
+      if (edge.kind == EdgeKind::kOdometry && edge.from.robot != edge.to.robot) continue;
       joining.mark(edge);
       if (auto added = store->addEdge(edge); !added) return added.error();
       if (edge.kind != EdgeKind::kLoop && edge.kind != EdgeKind::kInterRobot) continue;
