@@ -29,7 +29,8 @@ size_t askUntilAll(TileAsking& asking, const TileIndex& core, size_t all, std::m
   for (; questions > 0 && held.size() < all; --questions) {
     const TileAsking::Question question = asking.next(held, {1, 2, 3});
     EXPECT_LE(question.held.size(), most);
-    for (const Tile& tile : core.lacking("m", question.centre_m, question.radius_m, question.held, kBudget_bytes)) {
+    for (const Tile& tile : core.lacking("m", Pose(Eigen::Quaterniond::Identity(), question.centre_m),
+                                         question.radius_m, question.held, kBudget_bytes)) {
       ++sent;
       asking.took(tile.key, tile.revision);
       held[tile.key] = tile;
