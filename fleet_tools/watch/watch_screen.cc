@@ -20,7 +20,7 @@ std::string coreText(const SiteWatch& watch, bool core_there) {
   if (!core_there) return "no core is heard";
   if (!watch.core()) return "core: nothing mapped yet";
   const CoreStatus& core = *watch.core();
-  return "core: " + std::to_string(core.keyframes) + " keyframes, " + std::to_string(core.maps) + " maps, " +
+  return "core: " + counted(core.keyframes, "keyframe") + ", " + counted(core.maps, "map") + ", " +
          std::to_string(core.queue) + " waiting, " + printable(core.device);
 }
 
@@ -63,7 +63,8 @@ std::vector<std::string> watchScreen(const SiteWatch& watch, const std::string& 
   std::vector<std::string> lines = {"site " + printable(site) + "; " + coreText(watch, core_there), ""};
   append(lines, robotTable(watch, now));
   lines.push_back("");
-  lines.push_back(std::to_string(mergesThatHold(watch)) + " merges hold");
+  const size_t hold = mergesThatHold(watch);
+  lines.push_back(counted(hold, "merge") + (hold == 1 ? " holds" : " hold"));
   size_t skip = watch.merges().size() - std::min(kMergesShown, watch.merges().size());
   for (const auto& [number, merge] : watch.merges())
     if (skip == 0 || skip-- == 0) lines.push_back("  " + mergeText(merge));
