@@ -265,7 +265,7 @@ class Recording : public ::testing::Test {
   }
 
   const TemporaryFolder temporary_;
-  const std::string store_ = (temporary_.path() / "map.comap").string(), out_ = (temporary_.path() / "r.mcap").string();
+  const std::string store_ = temporary_.path("map.comap"), out_ = temporary_.path("r.mcap");
 };
 
 TEST_F(Recording, HoldsWhatTheStoreHolds) {
