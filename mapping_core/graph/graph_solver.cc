@@ -145,27 +145,25 @@ Result<GraphUpdate> GraphSolver::solve() {
   for (const uint32_t i : pulling) edges_moved_[i] = 1;
   std::vector<uint8_t> active = clustersOf(pulling);
   for (const uint32_t cluster : restless_) active[cluster] = 1;
-  bool settled = true;
-  if (any(active)) {
+  if (any(active) || readmission_due_) {
     const auto steps = [&]() -> Result<void> {
       if (auto relaxed = relax(active, options_.rounds); !relaxed) return relaxed.error();
       if (auto judged = judge(trial, before); !judged) return judged;
-      return readmit();
+      readmission_due_ = hasDoneEnough();
+      return readmission_due_ ? Result<void>() : readmit();
     };
     if (auto done = steps(); !done) {
       restore(before);
       return done.error();
     }
   }
-  std::vector<uint32_t> refused;
   for (const uint32_t i : fresh)
-    if (graph_.weight(i) <= 0) refused.push_back(i);
-  if (auto heard = hearTheRejected(refused); !heard) {
+    if (graph_.weight(i) <= 0) unheard_.push_back(i);
+  if (auto heard = hearTheRejected(); !heard) {
     restore(before);
     return heard.error();
   }
-  settled = restless_.empty();
-  return update(weights_before, settled);
+  return update(weights_before, restless_.empty() && unheard_.empty() && !readmission_due_);
 }
 
 Result<GraphUpdate> GraphSolver::solveFully() {
@@ -175,6 +173,8 @@ Result<GraphUpdate> GraphSolver::solveFully() {
   std::erase_if(fresh_, [this](uint32_t i) { return removed_[i] != 0; });
   screen(fresh_);
   fresh_.clear();
+  unheard_.clear();
+  readmission_due_ = false;
   const auto steps = [&]() -> Result<void> {
     if (auto relaxed = relaxAll(); !relaxed) return relaxed.error();
     if (auto sharpened = sharpenAll(); !sharpened) return sharpened;

@@ -22,7 +22,8 @@ struct GraphSolverOptions {
   GraphOptions graph;
   double settled_m = 0.00003, settled_rad = 0.00001;  ///< a pose that would move by less alone is at rest
   size_t free_poses = 800;                            ///< at a time; the rest of what strains waits for the next round
-  int rounds = 3;                                     ///< a call of solve(), at most
+  int rounds = 3;                                     ///< of moving poses for each question that solve() asks
+  int enough_rounds = 6;                              ///< of a call of solve(): what can wait is left to the next one
   bool calibrate = true;                              ///< estimate a scale per edge kind in solveFully()
 };
 
@@ -87,6 +88,7 @@ class GraphSolver {
 
   State state() const { return {graph_.blocks(), graph_.weights()}; }
   void restore(const State& state);
+  bool hasDoneEnough() const { return rounds_ >= options_.enough_rounds; }
   bool gated(uint32_t edge) const { return graph_.edge(edge).kind != EdgeKind::kOdometry; }
   bool fits(uint32_t edge) const { return graph_.chi2(edge) <= options_.graph.gate_chi2; }
   void setWeight(uint32_t edge, double weight);
@@ -102,7 +104,7 @@ class GraphSolver {
   Result<void> dropConflicts(std::vector<uint32_t> spared);
   std::vector<uint32_t> conflicts() const;
   Result<void> readmit();
-  Result<void> hearTheRejected(std::span<const uint32_t> fresh);
+  Result<void> hearTheRejected();
   std::vector<uint32_t> agreeing(uint32_t edge) const;
   Result<void> sharpenAll();
   bool calibrate();
@@ -118,6 +120,8 @@ class GraphSolver {
   std::vector<uint8_t> removed_;  // per edge number
   std::set<uint32_t> rejected_;
   std::vector<uint32_t> fresh_;       // edges since the last solve
+  std::vector<uint32_t> unheard_;     // refused ones that have not been heard with those that say the same
+  bool readmission_due_ = false;      // poses have moved since the rejected were asked
   std::set<uint32_t> restless_;       // clusters that still strain
   std::vector<uint8_t> poses_moved_;  // against a neighbour, since last looked at for strain
   std::vector<uint8_t> edges_moved_;  // in this call

@@ -144,8 +144,11 @@ std::vector<uint32_t> GraphSolver::agreeing(uint32_t edge) const {
 }
 
 // One closure against the graph may be outvoted by a false one that came before; several that agree are heard together.
-Result<void> GraphSolver::hearTheRejected(std::span<const uint32_t> fresh) {
-  for (const uint32_t i : fresh) {
+// In the order in which they came, as long as there is time in this call.
+Result<void> GraphSolver::hearTheRejected() {
+  while (!unheard_.empty() && !hasDoneEnough()) {
+    const uint32_t i = unheard_.front();
+    unheard_.erase(unheard_.begin());
     if (!rejected_.contains(i)) continue;
     const auto chi2 = pathChi2(graph_, i, PathOver::kOdometry);
     if (chi2 && *chi2 > kHopeless * options_.graph.gate_chi2) continue;

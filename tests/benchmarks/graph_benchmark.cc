@@ -107,6 +107,7 @@ bool benchmarkGraph(const Arguments& arguments, int keyframes, double false_shar
   const size_t live = arguments.grow ? count : std::min(count / 2, static_cast<size_t>(arguments.closures));
   std::vector<double> seconds;
   size_t unsettled = 0;
+  int most_rounds = 0;
   double start = cpuSeconds();
   for (size_t i = 0; i < count; ++i) {
     if (!grown.add(i, i < count - live)) return false;
@@ -121,10 +122,11 @@ bool benchmarkGraph(const Arguments& arguments, int keyframes, double false_shar
     const auto update = grown.solver().solve();
     if (!update) return false;
     unsettled += !update->settled;
+    most_rounds = std::max(most_rounds, update->rounds);
     seconds.push_back(cpuSeconds() - before);
   }
   printTimes("one new keyframe", timesOf(seconds), seconds.size());
-  if (unsettled > 0) std::printf("  %zu not at rest after one call\n", unsettled);
+  std::printf("  %-26s %d rounds at most; %zu calls left something to the next one\n", "", most_rounds, unsettled);
   grown.printState("after the last");
   start = cpuSeconds();
   const auto whole = grown.solver().solveFully();
