@@ -39,7 +39,7 @@ int add(const KeysArguments& arguments, KeyRole role) {
               arguments.days,
               role == KeyRole::kRobot  ? "edge_agent --keys FOLDER"
               : role == KeyRole::kCore ? "mapping_core --keys FOLDER"
-                                       : "link.keys");
+                                       : "fleet watch --keys FOLDER, fleet view --live --keys FOLDER");
   return 0;
 }
 

@@ -6,6 +6,7 @@
 
 #include "edge_agent/capture/source_uri.h"
 #include "fleet_tools/evaluate/compare.h"
+#include "fleet_tools/evaluate/evaluate.h"
 #include "fleet_tools/replay/run_folder.h"
 #include "fleet_tools/replay/run_outputs.h"
 #include "fleet_tools/report/compare_page.h"
@@ -145,8 +146,11 @@ Result<std::vector<ReportPicture>> picturesOf(const std::string& out) {
   for (size_t i = 0; i < std::max(graph->size(), paper->size()); ++i)
     for (auto& [mode, from] : {std::pair("graph mode", &*graph), std::pair("paper mode", &*paper)}) {
       if (i >= from->size()) continue;
+      const auto report = readReport(out + "/" + (from == &*graph ? "graph" : "paper"));
+      if (!report) return report.error();
       ReportPicture& picture = pictures.emplace_back(std::move((*from)[i]));
       picture.title = std::string(mode) + ": " + picture.title;
+      picture.colours = robotColours(*report);
     }
   return pictures;
 }

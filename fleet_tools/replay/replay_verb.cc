@@ -1,6 +1,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <ctime>
 #include <memory>
@@ -18,6 +19,23 @@
 
 namespace comap {
 namespace {
+
+// A signal's handler may use nothing but this.
+std::string interrupted_text;  // NOLINT: written once, before the handler is there
+
+void onInterrupt(int signal) {
+  [[maybe_unused]] const auto written = write(STDERR_FILENO, interrupted_text.data(), interrupted_text.size());
+  std::signal(signal, SIG_DFL);
+  raise(signal);
+}
+
+// The run ends by the signal, as it would have.
+void tellWhenInterrupted(const std::string& out) {
+  interrupted_text =
+      "fleet: interrupted: the run in " + out + " is not complete; the same command with --overwrite begins it anew\n";
+  std::signal(SIGINT, onInterrupt);
+  std::signal(SIGTERM, onInterrupt);
+}
 
 struct ReplayArguments {
   std::vector<std::string> robots;
@@ -256,6 +274,7 @@ int run(ReplayArguments& arguments) {
   if (auto checked = checkKeysFor(arguments.options); !checked) return failWith(checked.error());
   if (auto prepared = prepareRunFolder(arguments.options.out, arguments.overwrite); !prepared)
     return failWith(prepared.error());
+  tellWhenInterrupted(arguments.options.out);
   if (arguments.side_by_side) return runCompare(arguments);
   return arguments.seeds == 0 ? runOnce(arguments) : runSeeds(arguments);
 }

@@ -264,15 +264,16 @@ std::map<std::string, size_t> robotColours(const json& report) {
 
 std::string pictureGallery(const std::vector<ReportPicture>& pictures, const std::map<std::string, size_t>& robots) {
   if (pictures.empty()) return "";
-  std::string legend;
-  for (const auto& [name, colour] : robots) legend += legendEntry(colour, name);
   std::string html = "<div class=\"pictures\">\n";
   for (const ReportPicture& picture : pictures) {
     if (picture.png.empty()) continue;
     const std::string title = htmlEscape(picture.title);
     html += "<figure><img alt=\"" + title + "\" src=\"data:image/png;base64," + base64(picture.png) +
             "\"><figcaption>" + title;
-    if (picture.by_robot && robots.size() > 1)
+    const auto& colours = picture.colours.empty() ? robots : picture.colours;
+    std::string legend;
+    for (const auto& [name, colour] : colours) legend += legendEntry(colour, name);
+    if (picture.by_robot && colours.size() > 1)
       html += "<span class=\"legend\">" + legend + "<span class=\"note\">mixed: seen by several</span></span>";
     html += "</figcaption></figure>\n";
   }

@@ -14,6 +14,8 @@ struct ReportPicture {
   std::string title;
   std::vector<uint8_t> png;  ///< the bytes of a PNG file
   bool by_robot = false;     ///< in the robots' colours, so their names go below
+  /// Of the picture itself, where pictures of several runs stand together; else the page's.
+  std::map<std::string, size_t> colours = {};
 };
 
 struct ReportError {

@@ -2,11 +2,15 @@
 
 #include <arpa/inet.h>
 #include <libwebsockets.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cerrno>
 #include <cstring>
+#include <system_error>
 
 #include "fleet_tools/view/tile_message.h"
 #include "fleet_tools/view/view_assets.h"
@@ -58,10 +62,26 @@ class LwsServer : public ViewServer {
     if (context_ != nullptr) lws_context_destroy(context_);
   }
 
+  // The library serves on without a word where it cannot listen.
+  Result<void> isOwn(const in_addr& address) const {
+    const int tried = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    sockaddr_in name{};
+    name.sin_family = AF_INET;
+    name.sin_addr = address;
+    const bool bound = tried >= 0 && bind(tried, reinterpret_cast<const sockaddr*>(&name), sizeof name) == 0;
+    const int why = errno;
+    if (tried >= 0) close(tried);
+    if (bound) return {};
+    return Error{ErrorCode::kUnreachable, "--address " + options_.address +
+                                              ": cannot listen there: " + std::generic_category().message(why) +
+                                              "; expected an address of this machine"};
+  }
+
   Result<void> open() {
     in_addr parsed{};
     if (inet_pton(AF_INET, options_.address.c_str(), &parsed) != 1)
       return Error{ErrorCode::kWrongUse, "--address is '" + options_.address + "', expected an IPv4 address"};
+    if (auto own = isOwn(parsed); !own) return own;
     lws_set_log_level(0, nullptr);
     lws_context_creation_info info{};
     info.port = options_.port;
