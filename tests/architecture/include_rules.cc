@@ -39,7 +39,9 @@ struct Fence {
   Prefixes inside;
 };
 const std::vector<Fence> kFences{
-    {"Protobuf", {"google/protobuf", "comap/v1/"}, {"protocol/codec/", "protocol/link/", "protocol/ros2/"}},
+    // A recording holds messages of others, with their schemas, and none of ours.
+    {"Protobuf", {"google/protobuf"}, {"protocol/codec/", "protocol/link/", "protocol/ros2/", "fleet_tools/export/"}},
+    {"messages", {"comap/v1/"}, {"protocol/codec/", "protocol/link/", "protocol/ros2/"}},
     {"DDS", {"fastdds/", "fastrtps/", "fastcdr/"}, {"protocol/link/", "protocol/codec/", "protocol/ros2/"}},
     {"Prometheus", {"prometheus/", "systemd/"}, {"protocol/telemetry/"}},
     {"OpenSSL", {"openssl/"}, {"protocol/keys/"}},

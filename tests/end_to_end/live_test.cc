@@ -137,7 +137,7 @@ TEST_F(Live, OnATerminalTheScreenFitsAndIsLeftAsItWas) {
   EXPECT_TRUE(interrupted.restored());
   EXPECT_EQ(core.end(SIGTERM), 0) << contentOf(folder_.path("core.log"));
 
-  Terminal alone({"watch", "--wait", "1", "--domain", kTerminalDomain}, 80, 24);
+  Terminal alone({"watch", "--wait", "3", "--domain", kTerminalDomain}, 80, 24);
   EXPECT_NE(alone.until("no core is heard"), "");
   EXPECT_NE(alone.until(kLeft), "");
   EXPECT_NE(alone.until("fleet: no mapping core of site 'default'"), "") << "told on the screen that stays";

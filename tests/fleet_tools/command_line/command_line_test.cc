@@ -72,7 +72,8 @@ TEST_F(CommandLine, BashCompletesVerbsOptionsAndValues) {
   EXPECT_THAT(offered("fleet \"\""), IsSupersetOf(verbs));
   EXPECT_EQ(offered("fleet exp"), std::set<std::string>{"export"});
   EXPECT_EQ(offered("fleet export map.comap --form"), std::set<std::string>{"--format"});
-  EXPECT_EQ(offered("fleet export map.comap --format \"\""), (std::set<std::string>{"glb", "ply", "tiles3d", "tum"}));
+  EXPECT_EQ(offered("fleet export map.comap --format \"\""),
+            (std::set<std::string>{"glb", "mcap", "ply", "tiles3d", "tum"}));
   EXPECT_EQ(offered("fleet export map.comap --format g"), std::set<std::string>{"glb"});
   folder_.write("my.comap", "");
   EXPECT_THAT(offered("fleet info " + folder_.path("my")), Contains(folder_.path("my.comap")));
