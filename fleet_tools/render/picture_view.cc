@@ -10,8 +10,8 @@ namespace comap {
 namespace {
 
 constexpr size_t kSamples = 20000;
-constexpr double kMargin = 0.46;     // of the picture's size, from its middle to the outermost point
-constexpr double kOutliers = 0.003;  // share of points that may fall outside
+constexpr double kMargin = 0.46;      // of the picture's size, from its middle to the outermost point
+constexpr double kOutliers = 0.0002;  // share of points that may fall outside
 
 Eigen::Matrix3d lookAlong(const Eigen::Vector3d& forward, const Eigen::Vector3d& up) {
   const Eigen::Vector3d z = forward.normalized();
