@@ -125,6 +125,29 @@ std::vector<json> arrayRows(const json& report, const char* key) {
   return {list->begin(), list->end()};
 }
 
+// Where the depth pictures contradict the truth, the worst first: there an error says as much about the truth.
+std::string contradictions(const json& report) {
+  constexpr size_t kShown = 8;
+  const json* fit = find(report, {"truth_fit"});
+  if (fit == nullptr || !fit->is_object()) return "";
+  const std::string steps = cell(find(*fit, {"steps"}));
+  if (steps.empty() || steps == "0") return "";
+  std::vector<json> rows = arrayRows(*fit, "contradicted");
+  rows.resize(std::min(rows.size(), kShown));
+  return "<p class=\"sub\">Of " + steps +
+         " steps from one keyframe to the next the depth pictures fit the estimate far " + "better than the truth at " +
+         cell(find(*fit, {"estimate_fits_better"})) + ", the truth far better at " +
+         cell(find(*fit, {"truth_fits_better"})) + ".</p>\n" +
+         table({{"from keyframe", {"from"}},
+                {"at, s", {"from_s"}, 1, 2},
+                {"to, s", {"to_s"}, 1, 2},
+                {"sigma at the truth", {"truth_sigma"}, 1, 1},
+                {"at the estimate", {"estimate_sigma"}, 1, 1},
+                {"apart, mm", {"apart_m"}, 1000, 0},
+                {"apart, degrees", {"apart_deg"}, 1, 1}},
+               rows);
+}
+
 std::string cards(const json& report) {
   int64_t keyframes = 0, lost = 0;
   bool lost_known = false;
@@ -362,6 +385,7 @@ std::string renderReportPage(const json& report, const std::vector<ReportPicture
   page += headed("Merges", table(merge_columns, arrayRows(report, "merges")));
   page += headed("Place matches", verdicts(report));
   page += headed("Place matches against the truth", table(closure_columns, closures));
+  page += headed("The truth against the depth pictures", contradictions(report));
   page += headed("Surface", table(surface_columns, surface));
   page += headed("Timings", timings(report));
   page += headed("Parameters", parameters(report));

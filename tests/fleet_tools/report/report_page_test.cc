@@ -152,6 +152,23 @@ TEST(ReportPage, mergesStandOnTheTimelineAndThoseTakenBackAreMarked) {
   EXPECT_NE(page.find("<g class=\"merge undone\">"), std::string::npos);
 }
 
+TEST(ReportPage, whereTheDepthPicturesContradictTheTruthIsSaid) {
+  json report = fullReport();
+  EXPECT_EQ(renderReportPage(report, {}, {}).find("The truth against"), std::string::npos);
+  json steps = json::array();
+  for (int i = 0; i < 9; ++i)
+    steps.push_back({{"from", "a/1/" + std::to_string(100 + i)}, {"truth_sigma", 2.64}, {"apart_m", 0.0304}});
+  report["truth_fit"] = {
+      {"steps", 33}, {"estimate_fits_better", 9}, {"truth_fits_better", 0}, {"contradicted", std::move(steps)}};
+  const std::string page = renderReportPage(report, {}, {});
+  EXPECT_NE(page.find("Of 33 steps"), std::string::npos);
+  EXPECT_NE(page.find("than the truth at 9, the truth far better at 0"), std::string::npos);
+  EXPECT_NE(page.find(">a/1/107<"), std::string::npos);
+  EXPECT_EQ(page.find(">a/1/108<"), std::string::npos) << "the worst eight";
+  report["truth_fit"] = {{"steps", "many"}, {"contradicted", 7}};
+  EXPECT_NE(renderReportPage(report, {}, {}).find("Of many steps"), std::string::npos) << "any type is taken";
+}
+
 TEST(ReportPage, aTableOfNothingIsNotShown) {
   json report = fullReport();
   report["surface"] = {{"accuracy_mean_m", nullptr}, {"completeness_2cm", nullptr}};
