@@ -34,7 +34,7 @@ namespace {
 using Clock = Connection::Clock;
 using std::chrono::milliseconds;
 
-constexpr milliseconds kAnswerTime{1000};  // of what the agent has at hand
+constexpr milliseconds kAnswerTime{5000};  // of what the agent has at hand; it serves when it has nothing else to do
 constexpr uint64_t kMostSurfels = 16'000'000;
 
 static_assert(sizeof(comap_robot_surfel) == 36);

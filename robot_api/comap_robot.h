@@ -125,7 +125,8 @@ COMAP_ROBOT_EXPORT comap_robot* comap_robot_new(void);
 /* Closes the connection and frees the handle, not the answers that came through it. NULL is allowed. */
 COMAP_ROBOT_EXPORT void comap_robot_free(comap_robot* robot);
 
-/* Connects to the agent that listens at `path`; a connection that is there is closed first. OK, UNREACHABLE, BAD_DATA
+/* Connects to the agent that listens at `path`; a connection that is there is closed first. Sequences and snapshots
+ * begin anew with each start of an agent: if comap_robot_session has changed, go on from 0. OK, UNREACHABLE, BAD_DATA
  * or WRONG_USE. */
 COMAP_ROBOT_EXPORT int comap_robot_connect(comap_robot* robot, const char* path, int timeout_ms);
 /* 1 while there is a connection. One that failed in the middle of an answer is closed. */
@@ -146,10 +147,10 @@ COMAP_ROBOT_EXPORT int comap_robot_latest_pose(comap_robot* robot, comap_robot_p
 COMAP_ROBOT_EXPORT int comap_robot_wait_pose(comap_robot* robot, comap_robot_pose* pose, int timeout_ms);
 
 /* The surfels within `box` of the tiles that the robot holds now, all of one state of its cache: a change of the map
- * is in it as a whole or not at all. `known_snapshot`: UNCHANGED is returned, and no answer, if the tiles are still
- * those of that snapshot; 0: always answer. `most_surfels`: if the tiles that the box touches hold more, TOO_LARGE is
- * returned; 0: 16 million, which take 0.6 GB. OK: *surfels is the answer, which the
- * caller frees; otherwise it is NULL. */
+ * is in it as a whole or not at all. `known_snapshot`: of an answer for this same box from this session; UNCHANGED is
+ * returned, and no answer, if the robot's tiles are still those of that snapshot; 0: always answer. `most_surfels`: if
+ * the tiles that the box touches hold more, TOO_LARGE is returned; 0: 16 million, whose answer takes 0.6 GB and while
+ * it comes up to three times that. OK: *surfels is the answer, which the caller frees; otherwise it is NULL. */
 COMAP_ROBOT_EXPORT int comap_robot_read_surfels(comap_robot* robot, const comap_robot_box* box, uint64_t known_snapshot,
                                                 uint64_t most_surfels, int timeout_ms, comap_robot_surfels** surfels);
 /* The functions below only look at an answer; any number of threads may do so at once. */

@@ -27,10 +27,12 @@ class ApiReader {
   /// Does what can be done without waiting, and no more than a turn's worth of it: others wait for theirs.
   void work(const ApiState& state, Clock::time_point now);
 
+  /// The program has gone.
+  void leave() { close(); }
   int descriptor() const { return fd_; }
   bool isOpen() const { return fd_ >= 0; }
   bool wantsToWrite() const { return unsent() || answer_ || last_words_; }
-  bool wantsToRead() const { return !wantsToWrite() && !wait_ && !answer_; }
+  bool wantsToRead() const { return !wantsToWrite() && !wait_; }
   /// When work() has something to do although nothing has come.
   std::optional<Clock::time_point> due() const;
   /// Why it was closed, for the log; empty if it left by itself.

@@ -49,9 +49,10 @@ ApiServer::~ApiServer() {
 }
 
 void ApiServer::publish(ApiState state) {
+  auto next = std::make_shared<const ApiState>(std::move(state));
   {
     const std::scoped_lock lock(mutex_);
-    std::swap(state_, state);
+    state_.swap(next);
   }
   ::eventfd_write(bell_, 1);
   // The old state, perhaps the last to hold its tiles, ends here outside of the lock.
@@ -99,16 +100,19 @@ void ApiServer::serve() {
       note(std::string("api: ends: ") + std::strerror(errno));
       return;
     }
+    // Told whatever is asked of poll(), so that who hangs up while waiting would be told of for ever.
+    for (size_t i = 2; i < polled.size(); ++i)
+      if ((polled[i].revents & (POLLHUP | POLLERR)) != 0) readers_[i - 2].leave();
     eventfd_t rung = 0;
     ::eventfd_read(bell_, &rung);
     const auto now = Clock::now();
     failing = (polled[1].revents & POLLIN) != 0 && !letIn(now);
-    ApiState state;
+    std::shared_ptr<const ApiState> state;
     {
       const std::scoped_lock lock(mutex_);
       state = state_;
     }
-    for (ApiReader& reader : readers_) reader.work(state, now);
+    for (ApiReader& reader : readers_) reader.work(*state, now);
     std::erase_if(readers_, [&](const ApiReader& reader) {
       if (reader.isOpen()) return false;
       if (!reader.reproach().empty()) note("api: a reader was disconnected: " + reader.reproach());

@@ -41,9 +41,9 @@ class ApiServer {
   const int bell_;  // rung when something was published
   std::atomic<bool> stop_{false};
   std::mutex mutex_;
-  ApiState state_;                  // under mutex_
-  std::vector<std::string> news_;   // under mutex_
-  std::vector<ApiReader> readers_;  // the server's thread
+  std::shared_ptr<const ApiState> state_ = std::make_shared<ApiState>();  // under mutex_
+  std::vector<std::string> news_;                                         // under mutex_
+  std::vector<ApiReader> readers_;                                        // the server's thread
   std::thread thread_;
 };
 

@@ -35,6 +35,7 @@ int main(int argc, char **argv) {
     print_transform(&pose.T_map_cam_exact);
     print_transform(&pose.T_odom_cam);
     printf("\n");
+    fflush(stdout); /* as they come, into a pipe too */
     ++i;
   }
   if (result < COMAP_ROBOT_OK) fprintf(stderr, "follow: %s\n", comap_robot_error(robot));

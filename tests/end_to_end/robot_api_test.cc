@@ -101,7 +101,7 @@ TEST_F(RobotApi, ProgramsReadPosesAndSurfelsThatAgreeWithTheAgents) {
                   folder_.path("core.log"));
   Background agent("edge_agent",
                    {"--domain", "97", "--core-site", site, "--robot", "robot-1", "--source", "tum:" + flat_ + "/a",
-                    "--outbox", "memory", "--api-socket", api, "--report", folder_.path("a.json")},
+                    "--outbox", "memory", "--realtime", "--api-socket", api, "--report", folder_.path("a.json")},
                    folder_.path("a.log"));
   for (int i = 0; i < 300 && access(api.c_str(), R_OK | W_OK) != 0; ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
@@ -127,6 +127,7 @@ TEST_F(RobotApi, ProgramsReadPosesAndSurfelsThatAgreeWithTheAgents) {
   EXPECT_EQ(hashOf(tiles), report.at("tiles_hash").get<uint64_t>()) << contentOf(folder_.path("ply.log"));
 
   const auto told = readFollowed(folder_.path("followed.txt"));
+  ASSERT_FALSE(told.empty());
   std::map<int64_t, Pose> odometry;
   for (size_t i = 0; i < told.size(); ++i) {
     odometry[told[i].stamp_ns] = told[i].T_odom_cam;

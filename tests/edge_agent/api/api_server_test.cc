@@ -68,6 +68,15 @@ class ApiServerTest : public testing::Test {
   }
 
   TemporaryFolder folder_;
+  // A program that speaks for itself.
+  int connected() const {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::copy(path_.begin(), path_.end(), address.sun_path);
+    const int fd = socket(AF_UNIX, SOCK_STREAM, 0);
+    EXPECT_EQ(connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    return fd;
+  }
   const std::string path_ = folder_.path("api");
   std::unique_ptr<ApiServer> server_;
 };
@@ -96,7 +105,7 @@ TEST_F(ApiServerTest, TellsThePoseToTheBit) {
 TEST_F(ApiServerTest, WhoWaitsIsWokenByTheNextPose) {
   start();
   server_->publish(stateOf(1, 1, {}));
-  std::thread publisher([&] {
+  std::jthread publisher([&] {
     for (uint64_t i = 2; i <= 50; ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
       server_->publish(stateOf(i, 1, {}));
@@ -110,7 +119,27 @@ TEST_F(ApiServerTest, WhoWaitsIsWokenByTheNextPose) {
     EXPECT_GT(pose->sequence, last);
     last = pose->sequence;
   }
-  publisher.join();
+}
+
+TEST_F(ApiServerTest, WhoHangsUpWhileWaitingMakesRoom) {
+  start();
+  std::vector<int> waiting;
+  for (size_t i = 0; i < ApiServer::kMostReaders; ++i) {
+    waiting.push_back(connected());
+    const std::string ask = robot_api::encode(robot_api::AskPose{0, 60'000});
+    ASSERT_EQ(write(waiting.back(), ask.data(), ask.size()), static_cast<ssize_t>(ask.size()));
+  }
+  EXPECT_THROW(Robot{path_}, std::runtime_error) << "they wait";
+  for (const int fd : waiting) close(fd);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  for (bool in = false; !in;) {
+    ASSERT_LT(std::chrono::steady_clock::now(), end) << "though nothing was published meanwhile";
+    try {
+      Robot robot(path_);
+      in = true;
+    } catch (const std::runtime_error&) {
+    }
+  }
 }
 
 TEST_F(ApiServerTest, SurfelsOfABoxAreThoseOfTheTilesToTheBit) {
@@ -203,11 +232,7 @@ TEST_F(ApiServerTest, AReaderThatTakesNothingHoldsUpNeitherThePublisherNorOthers
   server_->publish(stateOf(1, 1, tiles));
   std::vector<int> sleepers;
   for (int i = 0; i < 8; ++i) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    std::copy(path_.begin(), path_.end(), address.sun_path);
-    sleepers.push_back(socket(AF_UNIX, SOCK_STREAM, 0));
-    ASSERT_EQ(connect(sleepers.back(), reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    sleepers.push_back(connected());
     const std::string ask =
         robot_api::encode(robot_api::AskSurfels{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}, 0, 1u << 30});
     ASSERT_EQ(write(sleepers.back(), ask.data(), ask.size()), static_cast<ssize_t>(ask.size()));
