@@ -53,18 +53,26 @@ Result<TileStore> TileStore::open(const std::string& path, uint64_t quota_bytes)
 }
 
 Result<void> TileStore::prepare() {
-  for (const char* pragma : {"PRAGMA busy_timeout = 500", "PRAGMA locking_mode = EXCLUSIVE", "PRAGMA page_size = 4096",
-                             "PRAGMA auto_vacuum = INCREMENTAL", "PRAGMA journal_mode = WAL",
-                             // Killed processes lose nothing; whoever fears for the power has the core.
-                             "PRAGMA synchronous = OFF", "PRAGMA journal_size_limit = 4000000"})
-    if (auto set = database_.execute(pragma); !set) return set.error();
+  // Looked at before anything of it is changed: it may be somebody else's.
+  if (auto set = database_.execute("PRAGMA busy_timeout = 500"); !set) return set.error();
   const auto application = database_.integer("PRAGMA application_id");
   if (!application) return application.error();
   const auto version = database_.integer("PRAGMA user_version");
   if (!version) return version.error();
   const auto tables = database_.integer("SELECT count(*) FROM sqlite_master");
   if (!tables) return tables.error();
-  if (*application == 0 && *version == 0 && *tables == 0) {
+  const bool fresh = *application == 0 && *version == 0 && *tables == 0;
+  if (!fresh && *application != kApplicationId)
+    return Error{ErrorCode::kProblem, database_.path() + ": is a database of something else than a robot's tiles"};
+  if (!fresh && *version != kVersion)
+    return damaged(database_.path(),
+                   "is of version " + std::to_string(*version) + "; " + std::to_string(kVersion) + " is expected");
+  for (const char* pragma : {"PRAGMA locking_mode = EXCLUSIVE", "PRAGMA page_size = 4096",
+                             "PRAGMA auto_vacuum = INCREMENTAL", "PRAGMA journal_mode = WAL",
+                             // Killed processes lose nothing; whoever fears for the power has the core.
+                             "PRAGMA synchronous = OFF", "PRAGMA journal_size_limit = 4000000"})
+    if (auto set = database_.execute(pragma); !set) return set.error();
+  if (fresh) {
     auto made = Transaction::begin(database_);
     if (!made) return made.error();
     const std::string sql = kTables + ("PRAGMA application_id = " + std::to_string(kApplicationId)) +
@@ -72,11 +80,6 @@ Result<void> TileStore::prepare() {
     if (auto done = database_.execute(sql.c_str()); !done) return done.error();
     return made->commit();
   }
-  if (*application != kApplicationId)
-    return Error{ErrorCode::kProblem, database_.path() + ": is a database of something else than a robot's tiles"};
-  if (*version != kVersion)
-    return damaged(database_.path(),
-                   "is of version " + std::to_string(*version) + "; " + std::to_string(kVersion) + " is expected");
   return {};
 }
 

@@ -17,8 +17,8 @@ namespace comap {
 
 /// Tiles as they came over the link, of several maps, so that a robot that begins a map of its own after each start
 /// finds those of the joint map when its own becomes part of it. It is a memory and no truth: what is not in it comes
-/// again from the core, so nothing waits for the disk. A process may end at any moment; after the machine has lost its
-/// power the file may be damaged, which the next start finds out. Thread rule: one thread.
+/// again from the core, so no write waits until it is on the disk. A process may end at any moment; after the machine
+/// has lost its power the file may be damaged, which the next start finds out. Thread rule: one thread.
 class TileStore {
  public:
   /// Makes the file if it is not there. `quota_bytes`: the file grows no larger; beside it lies a journal of some MB.

@@ -112,6 +112,8 @@ TEST_F(TileStoreTest, WhatDoesNotFitAtAllIsNotTaken) {
 
 TEST_F(TileStoreTest, AKilledProcessLeavesWholeTiles) {
   for (int round = 0; round < 8; ++round) {
+    int written[2];
+    ASSERT_EQ(pipe(written), 0);
     const pid_t child = fork();
     if (child == 0) {
       auto store = TileStore::open(path_, 3'000'000);
@@ -120,10 +122,15 @@ TEST_F(TileStoreTest, AKilledProcessLeavesWholeTiles) {
         for (int x = 0; x < 20; ++x)
           changes.push_back(changeOf(tileOf("m", x, revision + 100 * static_cast<uint64_t>(round))));
         if (!store->write("m", changes, Eigen::Vector3d::Zero())) _exit(1);
+        if (revision == 1 && ::write(written[1], "1", 1) != 1) _exit(1);
       }
       _exit(1);
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds(30 + 17 * round));
+    close(written[1]);
+    char first = 0;
+    EXPECT_EQ(::read(written[0], &first, 1), 1) << "it could not open or write";
+    close(written[0]);
+    std::this_thread::sleep_for(std::chrono::milliseconds(17 * round));
     kill(child, SIGKILL);
     int status = 0;
     ASSERT_EQ(waitpid(child, &status, 0), child);
@@ -137,7 +144,8 @@ TEST_F(TileStoreTest, AKilledProcessLeavesWholeTiles) {
       EXPECT_EQ(*tile, tileOf("m", key.x, revision));
       revisions.insert(revision);
     }
-    EXPECT_LE(revisions.size(), 1u) << "all changes of one write, or none";
+    EXPECT_EQ(there.size(), 20u);
+    EXPECT_EQ(revisions.size(), 1u) << "all changes of one write, or none";
     EXPECT_EQ(log_, "");
   }
 }
@@ -196,9 +204,11 @@ TEST_F(TileStoreTest, SomebodyElsesDatabaseIsLeftAlone) {
     ASSERT_TRUE(other->execute("CREATE TABLE mine(x)"));
     ASSERT_TRUE(other->execute("PRAGMA application_id = 7"));
   }
+  const std::string before = contentOf(path_);
   const auto store = openTileStore(path_, 1'000'000, [](const std::string&) {});
   ASSERT_FALSE(store);
   EXPECT_EQ(store.error().code, ErrorCode::kProblem);
+  EXPECT_TRUE(contentOf(path_) == before) << "to the byte";
   auto other = Database::open(path_, SQLITE_OPEN_READWRITE);
   EXPECT_EQ(*other->integer("SELECT count(*) FROM mine"), 0);
 }
