@@ -376,7 +376,7 @@ Result<void> MappingService::sendTiles(const Interest& interest, const MapPose& 
     if (!link_.publish(Topic::kTile, interest.robot, *encoded)) break;  // no room: with the next interest
     first = false;
     statistics_.tile_bytes[interest.robot] += encoded->size();
-    downlink.sent(tile.key, tile.revision, encoded->size(), now);
+    downlink.sent(tile.key, tile.revision, encoded->size(), now, tile.empty());
     noteSent(interest.robot, encoded->size());
   }
   return {};

@@ -19,6 +19,7 @@ std::vector<HeldTile> TileDownlink::reported(const MapId& map, std::span<const H
     map_ = map;
     under_way_.clear();
     under_way_bytes_ = 0;
+    removed_.clear();
   }
   if (reports_++ > 0) {
     const double since_s = std::min(kLongestBetween_s, std::chrono::duration<double>(now - last_report_).count());
@@ -34,22 +35,27 @@ std::vector<HeldTile> TileDownlink::reported(const MapId& map, std::span<const H
     const auto current = it++;
     const auto& [key, sent] = *current;
     const auto of_robot = known.find(key);
-    if (of_robot != known.end() && of_robot->second >= sent.revision) {
+    if (of_robot != known.end() && of_robot->second == sent.revision) {
       rate_.delivered(sent.mark, sent.bytes, now);
       forget(current);
     } else if (reports_ - sent.report >= kOverdueReports && now - sent.mark.sent >= kOverdue) {
       forget(current);
     }
   }
+  std::erase_if(removed_,
+                [&](const auto& told) { return !known.contains(told.first) && !under_way_.contains(told.first); });
   return this->held();
 }
 
 std::vector<HeldTile> TileDownlink::held() const {
   std::map<TileKey, uint64_t> known = reported_;
-  for (const auto& [key, sent] : under_way_) known[key] = std::max(known[key], sent.revision);
+  for (const auto& [key, sent] : under_way_) known[key] = sent.revision;
   std::vector<HeldTile> all;
   all.reserve(known.size());
-  for (const auto& [key, revision] : known) all.push_back({key, revision});
+  for (const auto& [key, revision] : known) {
+    const auto removed = removed_.find(key);
+    if (removed == removed_.end() || removed->second != revision) all.push_back({key, revision});
+  }
   return all;
 }
 
@@ -65,11 +71,15 @@ size_t TileDownlink::allowance(size_t bytes_per_s, Clock::time_point now) {
   return bytes_per_s > last_second_bytes_ ? bytes_per_s - last_second_bytes_ : 0;
 }
 
-void TileDownlink::sent(const TileKey& key, uint64_t revision, size_t bytes, Clock::time_point now) {
+void TileDownlink::sent(const TileKey& key, uint64_t revision, size_t bytes, Clock::time_point now, bool removal) {
   const auto earlier = under_way_.find(key);
   if (earlier != under_way_.end()) forget(earlier);
   under_way_[key] = {revision, reports_, bytes, rate_.mark(now)};
   under_way_bytes_ += bytes;
+  if (removal)
+    removed_[key] = revision;
+  else
+    removed_.erase(key);
   last_second_.emplace_back(now, bytes + kEnvelope);
   last_second_bytes_ += bytes + kEnvelope;
 }

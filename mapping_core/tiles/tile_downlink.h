@@ -22,9 +22,11 @@ class TileDownlink {
 
   /// The robot is in `map` and holds `held` of it. Returns what it holds or is about to.
   std::vector<HeldTile> reported(const MapId& map, std::span<const HeldTile> held, Clock::time_point now);
-  void sent(const TileKey& key, uint64_t revision, size_t bytes, Clock::time_point now);
+  /// `removal`: the robot is told that there is no such tile.
+  void sent(const TileKey& key, uint64_t revision, size_t bytes, Clock::time_point now, bool removal = false);
 
-  /// What the last report and what was sent since say that it holds or is about to.
+  /// What the last report and what was sent since say that it holds or is about to; not what it names because it knows
+  /// that it is gone.
   std::vector<HeldTile> held() const;
   /// Whether the last report, on this map, is so fresh that more may be sent without waiting for the next one.
   bool fresh(const MapId& map, Clock::time_point now) const;
@@ -56,6 +58,7 @@ class TileDownlink {
   double between_reports_s_ = 0;
   std::map<TileKey, Sent> under_way_;
   size_t under_way_bytes_ = 0;
+  std::map<TileKey, uint64_t> removed_;  // revisions under which tiles were told to be gone
   DeliveryRate rate_;
 };
 

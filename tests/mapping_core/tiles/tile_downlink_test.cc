@@ -50,6 +50,32 @@ TEST(TileDownlink, AnOlderRevisionThatIsReportedLeavesTheNewerUnderWay) {
   EXPECT_EQ(held[0].revision, 9u);
 }
 
+TEST(TileDownlink, AReportOfAnotherRevisionDeliversNothing) {
+  TileDownlink downlink;
+  (void)downlink.reported(kMap, {}, kStart);
+  downlink.sent(key(1), 60, 1000, kStart);
+  const std::vector<HeldTile> newer = {{key(1), 70}};  // of a core whose store was put back since
+  const auto held = downlink.reported(kMap, newer, kStart + 500ms);
+  EXPECT_EQ(downlink.underWayBytes(), 1000u);
+  ASSERT_EQ(held.size(), 1u);
+  EXPECT_EQ(held[0].revision, 60u) << "what it is about to hold";
+}
+
+TEST(TileDownlink, WhatTheRobotKnowsToBeGoneItDoesNotHold) {
+  TileDownlink downlink;
+  const std::vector<HeldTile> holds = {{key(1), 7}, {key(2), 7}}, knows = {{key(1), 9}, {key(2), 7}};
+  EXPECT_EQ(downlink.reported(kMap, holds, kStart).size(), 2u);
+  downlink.sent(key(1), 9, 50, kStart, true);
+  EXPECT_EQ(downlink.held().size(), 1u) << "on its way";
+  const auto held = downlink.reported(kMap, knows, kStart + 500ms);
+  ASSERT_EQ(held.size(), 1u);
+  EXPECT_EQ(held[0].key, key(2));
+  EXPECT_EQ(downlink.reported(kMap, knows, kStart + 1s).size(), 1u) << "however often it names it";
+  EXPECT_EQ(downlink.reported(kMap, holds, kStart + 20s).size(), 2u) << "it has the tile after all";
+  downlink.sent(key(1), 11, 1000, kStart + 20s);
+  EXPECT_EQ(downlink.held().size(), 2u) << "it is there again";
+}
+
 TEST(TileDownlink, InNoSecondMoreIsSentThanAllowed) {
   TileDownlink downlink;
   (void)downlink.reported(kMap, {}, kStart);
