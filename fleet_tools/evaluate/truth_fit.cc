@@ -78,11 +78,15 @@ Result<TruthFit> fitTruth(const std::string& path, const std::map<std::string, s
   const DepthNoiseModel noise;
   PointResiduals workspace;
   std::shared_ptr<const KeyframeView> before;
-  const StoredKeyframe* from = nullptr;
+  const StoredKeyframe *from = nullptr, *last = nullptr;
   int64_t first_ns = 0;
   for (const StoredKeyframe& to : *keyframes) {
-    if (!from || from->id.robot != to.id.robot) first_ns = to.stamp_ns;
-    if (!truth->contains(to.id)) continue;
+    if (!last || last->id.robot != to.id.robot) first_ns = to.stamp_ns;
+    last = &to;
+    if (to.map.empty() || !truth->contains(to.id)) {  // what follows is no step from what was before
+      before = nullptr;
+      continue;
+    }
     const auto view = viewOf(*store, path, to.id, noise);
     if (!view) return view.error();
     if (before && from->id.robot == to.id.robot && from->id.session == to.id.session && from->map == to.map) {
@@ -125,7 +129,8 @@ nlohmann::json toJson(const TruthFit& fit) {
 std::string fitText(const TruthFit& fit) {
   const auto contradicted = fit.contradicted();
   std::string text = fmt::format(
-      "truth        of {} steps between keyframes the depth pictures fit the estimate far better at {}, the truth at {}\n",
+      "truth        of {} steps between keyframes the depth pictures fit the estimate far better at {}, the truth at "
+      "{}\n",
       fit.steps.size(), contradicted.size(), fit.truthFitsBetter());
   if (!contradicted.empty()) {
     const FitStep& worst = *contradicted.front();
