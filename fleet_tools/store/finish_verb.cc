@@ -17,9 +17,7 @@ int run(const StoreChange& change) {
   if (!store) return failWith(store.error());
   const auto complete = store->meta("complete");
   if (!complete) return failWith(complete.error());
-  const auto votes_wait = store->votesWait();
-  if (!votes_wait) return failWith(votes_wait.error());
-  if (*complete == "yes" && !*votes_wait) {
+  if (*complete == "yes") {
     if (change.json)
       printJson({{"computed", false}});
     else

@@ -19,6 +19,7 @@ Result<void> MapBuilder::judgeMerges(const KeyframeId& id, MapChange& change) {
     if (gone) continue;
     if (auto undone = undo(objection.merge, objection.reason, change); !undone) return undone;
     recast_due_ = true;
+    if (auto noted = store_.setVotesWait(true); !noted) return noted;
   }
   change.confirmed = watch_.takeConfirmed();
   return {};

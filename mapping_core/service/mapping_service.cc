@@ -232,8 +232,6 @@ Result<void> MappingService::mapNext() {
     ++statistics_.verdicts[verdict.reason];
     send(Topic::kVerdict, "", encodeMatchVerdict(verdict));
   }
-  statistics_.merges += change->merges.size();
-  statistics_.merges_undone += change->undone.size();
   announceMerges(*change);
   const KeyframeId anchor = builder_.components().anchorOf(id);
   std::erase_if(unpublished_,
@@ -263,6 +261,8 @@ void MappingService::adviseOnLoad() {
 }
 
 void MappingService::announceMerges(const MapChange& change) {
+  statistics_.merges += change.merges.size();
+  statistics_.merges_undone += change.undone.size();
   for (const MergeRecord& merge : change.merges) {
     log_("maps " + merge.kept + " and " + merge.absorbed + " are one: " + std::to_string(merge.voters.size()) +
          " closures agree");
@@ -420,6 +420,11 @@ Result<void> MappingService::finish(const std::function<void(size_t, size_t)>& p
     if (auto fused = builder_.catchUp(kFusedAtOnce); !fused) return fused.error();
   for (; ingest_.hasNext(); tell())
     if (auto mapped = mapNext(); !mapped) return mapped;
+  if (builder_.recastDue()) {  // no keyframe came that would have begun with it
+    const auto cast = builder_.recast();
+    if (!cast) return cast.error();
+    announceMerges(*cast);
+  }
   for (const Confirmation& one : builder_.onProbation())
     log_("merge " + std::to_string(one.merge) + " is still on probation: " + describe(one));
   const auto tiles = finishMaps(builder_, store_, options_.mapping.fusion.stable_confidence, progress);

@@ -2,8 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <thread>
 
+#include "protocol/storage/database.h"
+#include "tests/end_to_end/background.h"
 #include "tests/end_to_end/flat_test.h"
 
 namespace comap {
@@ -32,6 +37,23 @@ class StoreChange : public FlatTest {
     EXPECT_THAT(run.err, HasSubstr(why)) << command;
   }
 
+  static std::string metaOf(const std::string& store, const char* select) {
+    auto database = Database::open(store, SQLITE_OPEN_READONLY);
+    EXPECT_TRUE(database);
+    auto row = database->query(select);
+    EXPECT_TRUE(row && *row->step()) << select;
+    return row->text();
+  }
+  // A core starts on the store, hears nothing, and ends.
+  void letACoreEnd(const std::string& store) {
+    const std::string log = folder_.path("core.log");
+    Background core("mapping_core",
+                    {"--domain", "93", "--core-site", "change-" + std::to_string(getpid()), "--store", store}, log);
+    for (int i = 0; i < 600 && core.runs() && contentOf(log).find("to be mapped") == std::string::npos; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    ASSERT_EQ(core.end(SIGTERM), 0) << contentOf(log);
+  }
+
   const std::string store_ = folder_.path("run/map.comap");
 };
 
@@ -47,11 +69,17 @@ TEST_F(StoreChange, ASplitGivesTheMapsOfBeforeAndItsUndoingTheMapOfAfter) {
   refused("fleet forget " + store_ + " nobody", 2, "holds no robot 'nobody', but a, b");
   refused("fleet split " + folder_.path("none.comap") + " 1", 3, "no such file");
 
+  const std::string later = folder_.path("later.comap");
+  std::filesystem::copy_file(store_, later);
+
   const Json parted = json("fleet split " + store_ + " 1 --reason \"the test says so\"");
   EXPECT_EQ(parted.at("undone").size(), 1u);
   const auto two = hashes(parted);
   ASSERT_EQ(two.size(), 2u);
   EXPECT_EQ(two.at("a-1-0"), alone.at("a-1-0")) << "as if robot b had never been seen";
+  EXPECT_FALSE(json("fleet split " + later + " 1 --later").at("computed").get<bool>());
+  EXPECT_FALSE(json("fleet info " + later).at("complete").get<bool>());
+  EXPECT_EQ(hashes(json("fleet finish " + later)), two);
   EXPECT_EQ(json("fleet merges " + store_).at("merges")[0].at("undone"), "the test says so");
   const Json info = json("fleet info " + store_);
   EXPECT_EQ(info.at("undone_merges"), 1);
@@ -64,9 +92,19 @@ TEST_F(StoreChange, ASplitGivesTheMapsOfBeforeAndItsUndoingTheMapOfAfter) {
   EXPECT_EQ(hashes(again), joint);
   EXPECT_EQ(json("fleet info " + store_).at("withdrawn_edges"), 0);
 
+  json("fleet forget " + later + " b --later");
+  letACoreEnd(later);
+  EXPECT_EQ(metaOf(later, "SELECT value FROM meta WHERE key = 'votes_wait'"), "no");
+  EXPECT_EQ(json("fleet finish " + later), Json({{"computed", false}})) << "nothing is left to be done";
+
   const Json left = json("fleet forget " + store_ + " b");
   EXPECT_GT(left.at("keyframes_removed").get<int>(), 5);
   EXPECT_EQ(hashes(left), alone);
+  const auto plyOf = [&](const std::string& store) {
+    EXPECT_EQ(runProgram("fleet export " + store + " --format ply --out " + folder_.path("map.ply")).exit_code, 0);
+    return contentOf(folder_.path("map.ply"));
+  };
+  EXPECT_TRUE(plyOf(later) == plyOf(store_)) << "the core left the same map";
   const Json rest = json("fleet info " + store_);
   EXPECT_EQ(rest.at("robots").size(), 1u);
   EXPECT_EQ(rest.at("merges"), 0);

@@ -1,6 +1,10 @@
 // One robot of three is taken out: what is left is what the others' keyframes, loops and matches make by themselves.
 #include <algorithm>
 
+#include "mapping_core/service/map_finish.h"
+#include "mapping_core/service/mapping_service.h"
+#include "mapping_core/tiles/tile_builder.h"
+#include "protocol/link/loopback_link.h"
 #include "tests/mapping_core/gpu/test_device.h"
 #include "tests/mapping_core/service/room_fleet.h"
 #include "tests/mapping_core/store/store_fixture.h"
@@ -16,6 +20,27 @@ class MapForget : public StoreTest {
     EXPECT_TRUE(builder.restore());
     EXPECT_TRUE(builder.recast());
     return finish(builder);
+  }
+  // What `fleet finish` makes of it, and what a core that starts on it and ends without a new keyframe does.
+  static std::vector<Tile> finished(gpu::Device& device, MapStore& store, bool recast) {
+    MapBuilder builder(device, store, roomOptions());
+    EXPECT_TRUE(builder.restore());
+    EXPECT_EQ(builder.recastDue(), recast);
+    EXPECT_TRUE(!recast || builder.recast());
+    return *finishMaps(builder, store, roomOptions().fusion.stable_confidence, {});
+  }
+  static std::vector<std::string> coreEnds(gpu::Device& device, MapStore& store) {
+    ServiceOptions options;
+    options.mapping = roomOptions();
+    LoopbackHub hub;
+    const auto link = hub.connect(LinkRole::kCore);
+    std::vector<std::string> log;
+    MappingService service(options, *link, store, device, [&](const std::string& line) { log.push_back(line); });
+    EXPECT_TRUE(service.resume());
+    const auto ended = service.finish({});
+    EXPECT_TRUE(ended) << ended.error().text;
+    EXPECT_EQ(service.statistics().merges, 1u);
+    return log;
   }
 };
 
@@ -62,6 +87,32 @@ TEST_F(MapForget, TheOthersAreWhatTheyWouldBeHadTheRobotNeverBeen) {
   MapBuilder builder(device, *store, roomOptions());
   ASSERT_TRUE(builder.restore());
   EXPECT_EQ(finish(builder), left);
+}
+
+TEST_F(MapForget, ACoreToWhichNothingComesJudgesAnewBeforeItEnds) {
+  COMAP_DEVICE_OR_SKIP(device);
+  const auto copy = folder_ / "copy.comap";
+  {
+    auto store = create();
+    ASSERT_TRUE(store);
+    MapBuilder builder(device, *store, roomOptions());
+    mapTurns(builder, *store, "abc", 0, 5);
+    ASSERT_EQ(*store->removeRobot("b"), 5u);
+  }
+  std::filesystem::copy_file(path_, copy);
+  auto by_core = create(), by_hand = MapStore::open(copy, MapStore::Mode::kOpen);
+  ASSERT_TRUE(by_core);
+  ASSERT_TRUE(by_hand);
+  ASSERT_TRUE(*by_core->votesWait());
+  const std::vector<std::string> log = coreEnds(device, *by_core);
+  EXPECT_EQ(std::count_if(log.begin(), log.end(), [](const auto& line) { return line.find(" are one") != line.npos; }),
+            1);
+  EXPECT_FALSE(*by_core->votesWait()) << "nothing is left to be done";
+  EXPECT_EQ(*by_core->meta("complete"), "yes");
+  EXPECT_EQ(by_core->merges()->size(), 1u);
+  const std::vector<Tile> tiles = finished(device, *by_hand, true);
+  EXPECT_EQ(hashTiles(*by_core->tiles("")), hashTiles(tiles));
+  EXPECT_EQ(hashTiles(finished(device, *by_core, false)), hashTiles(tiles)) << "and stays so";
 }
 
 }  // namespace

@@ -45,6 +45,7 @@ TEST_F(MapProbation, AForcedMergeOfTwoRoomsComesApartAndLeavesNoTrace) {
   EXPECT_TRUE(change.merges.empty()) << "the same evidence joins nothing again";
   EXPECT_TRUE(change.confirmed.empty());
   EXPECT_EQ(builder.components().anchors().size(), 2u);
+  EXPECT_EQ(*store->votesWait(), builder.recastDue()) << "a core that starts on the store knows it too";
 
   auto apart_store = MapStore::open(folder_ / "apart.comap", MapStore::Mode::kCreateOrOpen);
   ASSERT_TRUE(apart_store);
