@@ -17,17 +17,29 @@ namespace fs = std::filesystem;
 constexpr const char* kRunMark = ".comap-run";
 constexpr const char* kLogs = "logs";
 // What replay, evaluate and report write into a run, beside the store, a trajectory for each robot and the logs.
-constexpr std::array<std::string_view, 12> kRunFiles = {
-    kRunMark,      "events.log",  "frames.csv", "map.ply",      "map.png",     "map-top.png", "map-contribution.png",
-    "report.json", "report.html", "errors.csv", "compare.json", "compare.html"};
+constexpr std::array<std::string_view, 15> kRunFiles = {
+    kRunMark,       "events.log",           "frames.csv",  "map.ply",       "map.png",
+    "map-top.png",  "map-contribution.png", "report.json", "report.html",   "errors.csv",
+    "compare.json", "compare.html",         "map.comap",   "map.comap-wal", "map.comap-shm"};
 
-bool isFileOfARun(const std::string& name) {
-  return std::find(kRunFiles.begin(), kRunFiles.end(), name) != kRunFiles.end() || name.starts_with("map.comap") ||
-         name.ends_with(".trajectory.txt") || name.find(".part-") != std::string::npos;
+// Under which a file is written until it is whole: NAME.part, or NAME.part- and a process.
+std::string_view withoutDraft(std::string_view name) {
+  constexpr std::string_view kPart = ".part", kDigits = "0123456789";
+  const size_t at = name.rfind(kPart);
+  if (at == std::string_view::npos) return name;
+  const std::string_view rest = name.substr(at + kPart.size());
+  const bool of_process = rest.size() > 1 && rest[0] == '-' && rest.find_first_not_of(kDigits, 1) == rest.npos;
+  return rest.empty() || of_process ? name.substr(0, at) : name;
 }
 
-bool isLog(const fs::path& name) {
-  return name.extension() == ".log" || name.extension() == ".json" || name == "config.yaml";
+bool isFileOfARun(std::string_view name) {
+  name = withoutDraft(name);
+  return std::find(kRunFiles.begin(), kRunFiles.end(), name) != kRunFiles.end() || name.ends_with(".trajectory.txt");
+}
+
+bool isLog(const std::string& name) {
+  const fs::path log(withoutDraft(name));
+  return log.extension() == ".log" || log.extension() == ".json" || log == "config.yaml";
 }
 
 bool isFolder(const fs::directory_entry& entry) {
@@ -45,7 +57,7 @@ Result<fs::path> foreignIn(const fs::path& folder, bool logs = false) {
   std::error_code problem;
   for (fs::directory_iterator at(folder, problem), end; !problem && at != end; at.increment(problem)) {
     const fs::path name = at->path().filename();
-    if (isFile(*at) && (logs ? isLog(name) : isFileOfARun(name.string()))) continue;
+    if (isFile(*at) && (logs ? isLog(name.string()) : isFileOfARun(name.string()))) continue;
     const bool own = !logs && isFolder(*at) && (name == kLogs || fs::exists(at->path() / kRunMark, problem));
     if (!own) return at->path();
     auto inside = foreignIn(at->path(), name == kLogs);
@@ -62,7 +74,7 @@ std::error_code emptyRun(const fs::path& folder) {
   for (fs::directory_iterator at(folder, problem), end; !problem && at != end; at.increment(problem))
     if (at->path().filename() != kRunMark) entries.push_back(at->path());
   for (const fs::path& entry : entries) {
-    if (!problem && fs::is_directory(fs::symlink_status(entry))) problem = emptyRun(entry);
+    if (!problem && fs::is_directory(fs::symlink_status(entry, problem))) problem = emptyRun(entry);
     if (!problem) fs::remove(entry, problem);
   }
   if (!problem) fs::remove(folder / kRunMark, problem);

@@ -46,7 +46,9 @@ TEST_F(RunFolder, WhatAFailedStartLeftIsReplaced) {
 }
 
 TEST_F(RunFolder, OnlyWhatARunWroteIsEverRemoved) {
-  for (const std::string foreign : {"notes.txt", "seed-1/notes.txt", "logs/notes.txt", "etc/passwd"}) {
+  for (const std::string foreign : {"notes.txt", "seed-1/notes.txt", "logs/notes.txt", "etc/passwd", "map.comap.bak",
+                                    "map.comap.saved", "notes.part-2.txt", "notes.txt.part", "map.png.part-x",
+                                    "map.png.part-", "map.comap.part-7-wal"}) {
     fs::remove_all(out_);
     ASSERT_TRUE(prepareRunFolder(out_.string(), false));
     ASSERT_TRUE(prepareRunFolder((out_ / "seed-1").string(), false));
@@ -78,7 +80,8 @@ TEST_F(RunFolder, LogsAndRunsWithinGoWithIt) {
   ASSERT_TRUE(prepareRunFolder(out_.string(), false));
   ASSERT_TRUE(prepareRunFolder((out_ / "paper").string(), false));
   fs::create_directories(out_ / "logs");
-  for (const char* name : {"logs/core.log", "logs/a.json", "logs/config.yaml", "a.trajectory.txt", "map.comap-wal",
+  for (const char* name : {"logs/core.log", "logs/a.json", "logs/config.yaml", "logs/a.json.part", "a.trajectory.txt",
+                           "map.comap", "map.comap-wal", "map.comap-shm", "report.json.part", "map.ply.part-712",
                            "paper/frames.csv", "report.json"})
     write(name);
   ASSERT_TRUE(prepareRunFolder(out_.string(), true));
