@@ -62,7 +62,8 @@ void TerminalScreen::draw(const std::vector<std::string>& lines) {
   std::string screen = kTop;
   for (size_t i = 0; i < std::min(lines.size(), size.rows); ++i) {
     if (i > 0) screen += "\r\n";  // none behind the last one: it would scroll
-    screen += clipped(lines[i], size.columns) + kClearLine;
+    // One column stays free: behind a full line xterm's cursor is still on its last character, which would be cleared.
+    screen += clipped(lines[i], size.columns - 1) + kClearLine;
   }
   write(screen + kClearBelow);
 }
