@@ -11,6 +11,7 @@
 #include "mapping_core/store/tile_bytes.h"
 #include "protocol/codec/fern_code_codec.h"
 #include "protocol/link/octets_type.h"
+#include "robot_api/wire.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/sample_files.h"
 #include "tests/protocol/codec/samples.h"
@@ -158,6 +159,16 @@ void addFiles(const Seeds& seeds) {
   samples::Random random(4);
   const Tile tile = samples::tile(random, 30);
   seeds.add("tile_bytes", "1", after({30, 0, 0}, compressSurfels(tile.surfels)));
+  const auto said = [&](uint8_t kind, const std::string& frame) {
+    seeds.add("robot_wire", std::to_string(kind), after({kind}, bytesOf(frame.substr(robot_api::kHeaderBytes))));
+  };
+  said(1, robot_api::encode(robot_api::Greeting{}));
+  said(2, robot_api::encode(robot_api::PoseNews{}));
+  said(4, robot_api::encode(robot_api::SurfelsHead{1, 2, 30, "m"}));
+  said(5, robot_api::encode(tile));
+  said(7, robot_api::encode(robot_api::Refusal{robot_api::kBadData, "no"}));
+  said(16, robot_api::encode(robot_api::AskPose{3, 100}));
+  said(17, robot_api::encode(robot_api::AskSurfels{{-1, -1, -1}, {1, 1, 1}, 0, 100}));
   std::string klg;
   const auto put = [&](const auto& value) { klg.append(reinterpret_cast<const char*>(&value), sizeof value); };
   put(int32_t{2});
