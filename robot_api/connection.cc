@@ -21,7 +21,8 @@ std::string nameOf(int problem) {
   return ::strerror_r(problem, text.data(), text.size());  // strerror is not for several threads
 }
 
-int codeOf(ErrorCode code) { return code == ErrorCode::kWrongUse ? COMAP_ROBOT_WRONG_USE : COMAP_ROBOT_BAD_DATA; }
+static_assert(kUnreachable == COMAP_ROBOT_UNREACHABLE && kBadData == COMAP_ROBOT_BAD_DATA &&
+              kTooLarge == COMAP_ROBOT_TOO_LARGE);
 
 }  // namespace
 
@@ -120,7 +121,7 @@ Outcome<Message> Connection::receive(Clock::time_point until) {
   if (auto failure = read(message.body, until)) return *failure;
   if (message.kind != Kind::kRefusal) return message;
   const auto refusal = decodeRefusal(message.body);
-  if (!refusal) return broken(codeOf(refusal.error().code), refusal.error().text);
+  if (!refusal) return broken(COMAP_ROBOT_BAD_DATA, refusal.error().text);
   const bool known = refusal->code < 0 && refusal->code >= COMAP_ROBOT_NO_MEMORY;
   return Failure{known ? refusal->code : COMAP_ROBOT_BAD_DATA, path_ + ": " + refusal->sentence};
 }

@@ -65,9 +65,12 @@ struct SurfelsHead {
   std::string map;
 };
 
-/// Why there is no answer; `code` is one of comap_robot.h's, negative.
+/// Those of comap_robot.h's codes that an agent answers with.
+inline constexpr int32_t kUnreachable = -2, kBadData = -3, kTooLarge = -4;
+
+/// Why there is no answer.
 struct Refusal {
-  int32_t code = 0;
+  int32_t code = 0;  ///< negative
   std::string sentence;
 };
 

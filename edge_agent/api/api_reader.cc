@@ -16,8 +16,6 @@ using namespace robot_api;
 
 constexpr size_t kPieceBytes = 128 << 10;  // of a long answer, in memory at a time
 constexpr int kTurn = 8;                   // pieces and questions
-// The library's codes, see comap_robot.h.
-constexpr int32_t kTooLarge = -4, kBadData = -3;
 
 bool touches(const TileKey& key, const AskSurfels& box) {
   const std::array<int32_t, 3> at{key.x, key.y, key.z};

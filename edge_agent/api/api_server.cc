@@ -78,7 +78,7 @@ bool ApiServer::letIn(Clock::time_point now) {
     return true;
   }
   const std::string sentence = "there are " + std::to_string(kMostReaders) + " readers already";
-  const std::string farewell = robot_api::encode(robot_api::Refusal{-2, sentence});
+  const std::string farewell = robot_api::encode(robot_api::Refusal{robot_api::kUnreachable, sentence});
   note("api: a reader was turned away: " + sentence);
   (void)!::send(fd, farewell.data(), farewell.size(), MSG_NOSIGNAL);
   return true;
