@@ -139,19 +139,22 @@ std::vector<std::vector<ReplayRobot>> smallerSets(const std::vector<ReplayRobot>
 
 // Each picture of the graph mode with the same one of the paper mode.
 Result<std::vector<ReportPicture>> picturesOf(const std::string& out) {
-  auto graph = readMapPictures(out + "/graph"), paper = readMapPictures(out + "/paper");
-  if (!graph) return graph.error();
-  if (!paper) return paper.error();
-  std::vector<ReportPicture> pictures;
-  for (size_t i = 0; i < std::max(graph->size(), paper->size()); ++i)
-    for (auto& [mode, from] : {std::pair("graph mode", &*graph), std::pair("paper mode", &*paper)}) {
-      if (i >= from->size()) continue;
-      const auto report = readReport(out + "/" + (from == &*graph ? "graph" : "paper"));
-      if (!report) return report.error();
-      ReportPicture& picture = pictures.emplace_back(std::move((*from)[i]));
-      picture.title = std::string(mode) + ": " + picture.title;
+  std::vector<std::vector<ReportPicture>> of_modes;
+  for (const std::string mode : {"graph", "paper"}) {
+    auto pictures = readMapPictures(out + "/" + mode);
+    if (!pictures) return pictures.error();
+    const auto report = readReport(out + "/" + mode);
+    if (!report) return report.error();
+    for (ReportPicture& picture : *pictures) {
+      picture.title = mode + " mode: " + picture.title;
       picture.colours = robotColours(*report);
     }
+    of_modes.push_back(std::move(*pictures));
+  }
+  std::vector<ReportPicture> pictures;
+  for (size_t i = 0; i < std::max(of_modes[0].size(), of_modes[1].size()); ++i)
+    for (auto& of_mode : of_modes)
+      if (i < of_mode.size()) pictures.push_back(std::move(of_mode[i]));
   return pictures;
 }
 
