@@ -150,7 +150,7 @@ int run(const Arguments& arguments) {
   if (auto served = serve(service, *telemetry, ros2, device->info().name); !served) return failWith(served.error());
   if (auto traced = telemetry->finish(); !traced) return failWith(traced.error());
   if (!arguments.report.empty())
-    if (auto written = writeCoreReport(reportOf(service.statistics(), device->info().name), arguments.report); !written)
+    if (auto written = writeCoreReport(reportOf(service, device->info().name), arguments.report); !written)
       return failWith(written.error());
   return 0;
 }

@@ -132,7 +132,7 @@ Result<ReplayOutcome> replayLoopback(const ReplayOptions& options, const ReplayP
     outcome.robots.push_back(reportOf(robot.name, *robot.agent));
     outcome.robots.back().trajectory = std::move(robot.trajectory);
   }
-  outcome.core = reportOf(service.statistics(), device->info().name);
+  outcome.core = reportOf(service, device->info().name);
   outcome.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return outcome;
 }

@@ -36,7 +36,7 @@ Telemetry::Report reportOf(const MappingService& service, const std::string& dev
   for (const auto& [robot, bytes] : statistics.uplink_bytes)
     page.counter("comap_core_uplink_bytes_total", "Keyframes as they arrived.", static_cast<double>(bytes),
                  {{"robot", robot}});
-  for (const auto& [robot, bytes] : statistics.tile_bytes)
+  for (const auto& [robot, bytes] : service.tileBytes())
     page.counter("comap_core_tile_bytes_total", "Tiles sent.", static_cast<double>(bytes), {{"robot", robot}});
   page.counter("comap_core_refused_messages_total", "Messages damaged or unexpected.",
                static_cast<double>(statistics.refused_messages));

@@ -18,7 +18,8 @@ double peakRssMb() {
 
 }  // namespace
 
-CoreReport reportOf(const ServiceStatistics& statistics, const std::string& device) {
+CoreReport reportOf(const MappingService& service, const std::string& device) {
+  const ServiceStatistics& statistics = service.statistics();
   CoreReport report;
   report.keyframe_ms_median = statistics.keyframe_ms.quantile_ms(0.5);
   report.keyframe_ms_p95 = statistics.keyframe_ms.quantile_ms(0.95);
@@ -26,7 +27,7 @@ CoreReport reportOf(const ServiceStatistics& statistics, const std::string& devi
   report.refused_messages = statistics.refused_messages;
   report.device = device;
   report.peak_rss_mb = peakRssMb();
-  report.tile_bytes = statistics.tile_bytes;
+  report.tile_bytes = service.tileBytes();
   return report;
 }
 

@@ -16,7 +16,7 @@ struct CoreReport {
   std::map<std::string, uint64_t> tile_bytes;  ///< sent, by robot
 };
 
-CoreReport reportOf(const ServiceStatistics& statistics, const std::string& device);
+CoreReport reportOf(const MappingService& service, const std::string& device);
 Result<void> writeCoreReport(const CoreReport& report, const std::string& path);
 Result<CoreReport> readCoreReport(const std::string& path);
 

@@ -15,9 +15,8 @@
 namespace comap {
 namespace {
 
-constexpr size_t kMaxRefusalBytes = 600;   // an acknowledgement has to fit one datagram
-constexpr size_t kFusedAtOnce = 4;         // keyframes whose surfels are missing, between looking for messages
-constexpr size_t kInterestsPerSecond = 2;  // share of the per-second budget that one interest may use
+constexpr size_t kMaxRefusalBytes = 600;  // an acknowledgement has to fit one datagram
+constexpr size_t kFusedAtOnce = 4;        // keyframes whose surfels are missing, between looking for messages
 
 std::string describe(const Confirmation& heard) {
   return fmt::format("confirmed by {} later keyframes and {} closures, {:.2f} % of the common surface contradicts it",
@@ -25,24 +24,6 @@ std::string describe(const Confirmation& heard) {
 }
 
 using Json = nlohmann::json;
-
-// For traces: when tiles changed, and what left.
-void noteRenewed(const TileIndex& index, const MapId& map, size_t changed) {
-  if (!StageClock::process().traces()) return;
-  const std::vector<Tile> tiles = index.tiles(map);
-  Json keys = Json::array();
-  if (changed > 0)
-    for (const Tile& tile : tiles)
-      if (tile.revision == index.revision()) keys.push_back({tile.key.x, tile.key.y, tile.key.z});
-  StageClock::process().note(
-      "renewed",
-      Json{{"map", map}, {"revision", index.revision()}, {"tiles", keys}, {"hash", hashTiles(tiles)}}.dump());
-}
-
-void noteSent(const std::string& robot, size_t bytes) {
-  if (StageClock::process().traces())
-    StageClock::process().note("tile sent", Json{{"robot", robot}, {"bytes", bytes}}.dump());
-}
 
 }  // namespace
 
@@ -54,7 +35,8 @@ MappingService::MappingService(const ServiceOptions& options, Link& link, MapSto
       log_(std::move(log)),
       ingest_(store),
       registry_(FernBook::standard(options.fern_seed).hash()),
-      builder_(device, store, options.mapping) {}
+      builder_(device, store, options.mapping),
+      tiles_(link, options.pace_tiles) {}
 
 Result<void> MappingService::resume() {
   constexpr int kStartBits = 32;  // revisions of one life of the core
@@ -64,7 +46,7 @@ Result<void> MappingService::resume() {
   const auto starts = store_.countStart();
   if (!starts) return starts.error();
   first_revision_ = uint64_t{*starts} << kStartBits;
-  tiles_ = TileIndex(first_revision_);
+  tiles_.beginAbove(first_revision_);
   if (auto stored = store_.setMeta("complete", "no"); !stored) return stored;
   const auto robots = store_.robots();
   if (!robots) return robots.error();
@@ -308,78 +290,10 @@ Result<void> MappingService::handleInterest(const Delivery& delivery) {
     refuse(delivery, interest.error().text);
     return {};
   }
-  if (interest->session == 0) return handleObserver(*interest);
+  if (interest->session == 0)
+    return registry_.robots().contains(interest->robot) ? Result<void>() : tiles_.answerObserver(*interest);
   RobotRecord* record = registry_.served(interest->robot, interest->session);
-  if (record == nullptr || !record->correction) return {};
-  record->interest = *interest;
-  const MapPose at = wantedAt(*interest, *record->correction);
-  TileDownlink& downlink = downlinks_[interest->robot];
-  const auto held = downlink.reported(at.map, interest->held, std::chrono::steady_clock::now());
-  return sendTiles(*interest, at, downlink, held);
-}
-
-// A robot may know better where it is than the graph does yet: in a part of the joint map that it has recognised.
-MapPose MappingService::wantedAt(const Interest& interest, const Correction& correction) const {
-  if (interest.at && tiles_.holds(interest.at->map)) return *interest.at;
-  return {correction.map, correction.T_map_odom * interest.T_odom_cam};
-}
-
-// Robots that have asked lately need not ask again for what has changed since.
-Result<void> MappingService::pushTiles(const MapId& map) {
-  const auto now = std::chrono::steady_clock::now();
-  for (const auto& [robot, record] : registry_.robots()) {
-    if (!record.interest || !record.correction) continue;
-    TileDownlink& downlink = downlinks_[robot];
-    const MapPose at = wantedAt(*record.interest, *record.correction);
-    if (at.map != map || !downlink.fresh(map, now)) continue;
-    if (auto sent = sendTiles(*record.interest, at, downlink, downlink.held()); !sent) return sent;
-  }
-  return {};
-}
-
-// Who only looks on is in no map and has no session; it asks for each map apart.
-Result<void> MappingService::handleObserver(const Interest& interest) {
-  constexpr size_t kMostAsked = 128;  // observers times maps
-  constexpr std::chrono::seconds kGone(30);
-  const auto now = std::chrono::steady_clock::now();
-  std::erase_if(observers_, [&](const auto& entry) {
-    return !tiles_.holds(entry.first.second) || now - entry.second.asked > kGone;
-  });
-  if (!interest.at || !tiles_.holds(interest.at->map) || registry_.robots().contains(interest.robot)) return {};
-  const std::pair asked(interest.robot, interest.at->map);
-  if (!observers_.contains(asked) && observers_.size() >= kMostAsked) return {};
-  Observer& observer = observers_[asked];
-  observer.asked = now;
-  return sendTiles(interest, *interest.at, observer.downlink,
-                   observer.downlink.reported(interest.at->map, interest.held, now));
-}
-
-Result<void> MappingService::sendTiles(const Interest& interest, const MapPose& at, TileDownlink& downlink,
-                                       std::span<const HeldTile> held) {
-  const auto now = std::chrono::steady_clock::now();
-  const size_t per_second = interest.budget_bytes_per_s;
-  size_t budget = per_second / kInterestsPerSecond;
-  if (options_.pace_tiles) budget = std::min(downlink.allowance(per_second, now), downlink.room());
-  if (budget == 0) return {};
-  bool first = true;
-  const auto mayGo = [&](size_t bytes) {
-    if (!options_.pace_tiles) return true;
-    const size_t allowed = downlink.allowance(per_second, now);
-    if (bytes + TileDownlink::kEnvelope > allowed && allowed < per_second) return false;
-    return first || bytes <= downlink.room();
-  };
-  const size_t guess = options_.pace_tiles ? 2 * budget : budget;  // packed, tiles are smaller than their index says
-  for (const Tile& tile : tiles_.lacking(at.map, at.T_map_cam, interest.radius_m, held, guess)) {
-    const auto encoded = encodeTile(tile);
-    if (!encoded) return encoded.error();
-    if (!mayGo(encoded->size())) break;
-    if (!link_.publish(Topic::kTile, interest.robot, *encoded)) break;  // no room: with the next interest
-    first = false;
-    statistics_.tile_bytes[interest.robot] += encoded->size();
-    downlink.sent(tile.key, tile.revision, encoded->size(), now, tile.empty());
-    noteSent(interest.robot, encoded->size());
-  }
-  return {};
+  return record == nullptr ? Result<void>() : tiles_.answer(*record, *interest);
 }
 
 Result<void> MappingService::refreshTilesOf(const KeyframeId& anchor) {
@@ -391,11 +305,9 @@ Result<void> MappingService::refreshTilesOf(const KeyframeId& anchor) {
   options.spacing_m = options_.tile_spacing_m;
   const MapId map = mapIdOf(anchor);
   std::vector<Tile> tiles = buildTiles(map, *surfels, options);
-  addPlaces(map, builder_.placesOf(anchor), tiles_.tiles(map), PlaceOptions{}, tiles);
-  const size_t changed = tiles_.update(map, std::move(tiles));
+  addPlaces(map, builder_.placesOf(anchor), tiles_.tiles().tiles(map), PlaceOptions{}, tiles);
   unpublished_.erase(anchor);
-  noteRenewed(tiles_, map, changed);
-  return options_.pace_tiles ? pushTiles(map) : Result<void>();
+  return tiles_.renew(map, std::move(tiles), registry_);
 }
 
 bool MappingService::quiet() const {

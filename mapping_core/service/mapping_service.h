@@ -4,8 +4,6 @@
 #include <chrono>
 #include <functional>
 #include <map>
-#include <set>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -14,8 +12,7 @@
 #include "mapping_core/ingest/robot_registry.h"
 #include "mapping_core/service/core_load.h"
 #include "mapping_core/service/map_builder.h"
-#include "mapping_core/tiles/tile_downlink.h"
-#include "mapping_core/tiles/tile_index.h"
+#include "mapping_core/service/tile_delivery.h"
 #include "protocol/link/link.h"
 #include "protocol/telemetry/time_histogram.h"
 
@@ -33,7 +30,6 @@ struct ServiceOptions {
 struct ServiceStatistics {
   TimeHistogram keyframe_ms;                     ///< from taking a keyframe up to its acknowledgement as mapped
   std::map<std::string, uint64_t> uplink_bytes;  ///< keyframes as they arrived, by robot
-  std::map<std::string, uint64_t> tile_bytes;    ///< sent, by robot
   uint64_t refused_messages = 0;                 ///< damaged or unexpected
   std::map<std::string, uint64_t> verdicts;      ///< matches that were judged, by reason
   uint64_t merges = 0, merges_undone = 0;
@@ -79,7 +75,8 @@ class MappingService {
 
   const ServiceStatistics& statistics() const { return statistics_; }
   ServiceState state() const;
-  const TileIndex& tiles() const { return tiles_; }
+  const TileIndex& tiles() const { return tiles_.tiles(); }
+  const std::map<std::string, uint64_t>& tileBytes() const { return tiles_.sentBytes(); }  ///< payload, by receiver
 
  private:
   Result<void> handle(const Delivery& delivery);
@@ -88,11 +85,6 @@ class MappingService {
   bool storeTakes();
   void noteStore(const Result<void>& written);
   Result<void> handleInterest(const Delivery& delivery);
-  Result<void> handleObserver(const Interest& interest);
-  Result<void> sendTiles(const Interest& interest, const MapPose& at, TileDownlink& downlink,
-                         std::span<const HeldTile> held);
-  Result<void> pushTiles(const MapId& map);
-  MapPose wantedAt(const Interest& interest, const Correction& correction) const;
   Result<void> mapNext();
   void announceMerges(const MapChange& change);
   Result<void> publishCorrections();
@@ -114,16 +106,10 @@ class MappingService {
   KeyframeIngest ingest_;
   RobotRegistry registry_;
   MapBuilder builder_;
-  TileIndex tiles_;
+  TileDelivery tiles_;
   std::map<std::string, uint32_t> robot_index_;  // in order of first keyframe
   std::map<std::string, Latest> latest_;         // last mapped keyframe of each robot
-  std::map<std::string, TileDownlink> downlinks_;
-  struct Observer {
-    TileDownlink downlink;
-    std::chrono::steady_clock::time_point asked{};
-  };
-  std::map<std::pair<std::string, MapId>, Observer> observers_;  // by name and map asked for
-  std::map<KeyframeId, uint32_t> unpublished_;                   // anchor -> keyframes since its tiles were renewed
+  std::map<KeyframeId, uint32_t> unpublished_;   // anchor -> keyframes since its tiles were renewed
   ServiceStatistics statistics_;
   CoreLoad load_;
   uint32_t keyframes_ = 0;

@@ -1,0 +1,61 @@
+// The maps' current tiles, and who gets which of them.
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "mapping_core/ingest/robot_registry.h"
+#include "mapping_core/tiles/tile_downlink.h"
+#include "mapping_core/tiles/tile_index.h"
+#include "protocol/link/link.h"
+
+namespace comap {
+
+/// Sends to each robot, and to each program that looks on, what it lacks of the tiles around it: when it asks, and when
+/// tiles have changed of a map that it asked for lately. What does not get through goes with the next interest.
+/// Errors are of tiles that cannot be encoded. Thread rule: one thread.
+class TileDelivery {
+ public:
+  /// `paced`: tiles go no faster than their arrival is reported; else by the robots' budgets alone, without looking at
+  /// a clock.
+  TileDelivery(Link& link, bool paced) : link_(link), paced_(paced) {}
+
+  /// Revisions begin above `revision`, and no tile is held: the first thing in the life of a core.
+  void beginAbove(uint64_t revision) { index_ = TileIndex(revision); }
+
+  /// A robot's interest; `record` is its own. Nothing goes to a robot whose place the core does not know yet.
+  Result<void> answer(RobotRecord& record, const Interest& interest);
+  /// The interest of who only looks on: in no map and without a session, it asks for each map apart.
+  Result<void> answerObserver(const Interest& interest);
+
+  /// Replaces the tiles of `map`, and sends what changed to those of `robots` that have asked lately.
+  Result<void> renew(const MapId& map, std::vector<Tile> tiles, const RobotRegistry& robots);
+  /// A map that was absorbed.
+  void drop(const MapId& map) { index_.drop(map); }
+
+  const TileIndex& tiles() const { return index_; }
+  const std::map<std::string, uint64_t>& sentBytes() const { return sent_bytes_; }  ///< payload, by receiver
+
+ private:
+  struct Observer {
+    TileDownlink downlink;
+    TileDownlink::Clock::time_point asked{};
+  };
+  MapPose wantedAt(const Interest& interest, const Correction& correction) const;
+  Result<void> push(const MapId& map, const RobotRegistry& robots);
+  Result<void> send(const Interest& interest, const MapPose& at, TileDownlink& downlink,
+                    std::span<const HeldTile> held);
+
+  Link& link_;
+  bool paced_;
+  TileIndex index_;
+  std::map<std::string, TileDownlink> downlinks_;                // by robot
+  std::map<std::pair<std::string, MapId>, Observer> observers_;  // by name and map asked for
+  std::map<std::string, uint64_t> sent_bytes_;
+};
+
+}  // namespace comap
