@@ -6,9 +6,11 @@ namespace comap {
 namespace {
 
 // RTPS 2.3: 8.3.3 and 9.4 (messages), 9.6.2.2 (parameters).
-constexpr size_t kHeaderBytes = 20, kSubmessageHeaderBytes = 4, kDataHeadBytes = 20;
-constexpr uint8_t kData = 0x15, kLittleEndian = 1, kInlineQos = 2;
-constexpr uint16_t kSentinel = 1, kMetatrafficUnicastLocator = 0x32;
+constexpr size_t kHeaderBytes = 20, kSubmessageHeaderBytes = 4, kDataHeadBytes = 20, kGuidBytes = 16;
+constexpr uint8_t kPad = 0x01, kTime = 0x09, kDestination = 0x0e, kData = 0x15, kLittleEndian = 1, kInlineQos = 2;
+constexpr uint8_t kFastDdsStatistics = 0x80;  // how many packets were sent so far; behind all else
+constexpr std::array<uint8_t, 4> kAnnouncer{0x00, 0x01, 0x00, 0xc2};  // what of a participant announces it
+constexpr uint16_t kSentinel = 1, kMetatrafficUnicastLocator = 0x32, kParticipantGuid = 0x50;
 constexpr uint8_t kUdp4 = 1;
 
 // Reads past the end are zero: nothing that matters is.
@@ -29,19 +31,46 @@ class Bytes {
   bool little_;
 };
 
-// Of a list of parameters, the first locator of UDP over IPv4 that metatraffic goes to.
-std::optional<uint16_t> portIn(std::span<const uint8_t> parameters) {
-  if (parameters.size() < 4) return std::nullopt;
-  const Bytes bytes(parameters, (parameters[1] & 1) != 0);
+using Part = std::span<const uint8_t>;
+
+// What the parameters of this number say, one after the other, until `takes` has what it wants.
+template <class Takes>
+void forEach(uint16_t wanted, Part parameters, Takes takes) {
+  if (parameters.size() < 4) return;
+  const bool little = (parameters[1] & 1) != 0;
+  const Bytes bytes(parameters, little);
   for (size_t at = 4; at + 4 <= parameters.size();) {
     const uint16_t parameter = bytes.number16(at), size = bytes.number16(at + 2);
-    if (parameter == kSentinel) return std::nullopt;
-    const uint32_t port = bytes.number32(at + 8);
-    if (parameter == kMetatrafficUnicastLocator && bytes.number32(at + 4) == kUdp4 && port > 0 && port <= 65535)
-      return static_cast<uint16_t>(port);
-    at += 4 + size;
+    at += 4;
+    if (parameter == kSentinel || size > parameters.size() - at) return;
+    if (parameter == wanted && takes(parameters.subspan(at, size), little)) return;
+    at += size;
   }
-  return std::nullopt;
+}
+
+// The one list of parameters of a message that holds nothing but a participant's announcement; nothing for others, as
+// for one that takes leave.
+std::optional<Part> parametersOf(Part message) {
+  std::optional<Part> found;
+  for (size_t at = kHeaderBytes; at + kSubmessageHeaderBytes <= message.size();) {
+    const uint8_t kind = message[at], flags = message[at + 1];
+    const Bytes bytes(message, (flags & kLittleEndian) != 0);
+    size_t size = bytes.number16(at + 2);
+    at += kSubmessageHeaderBytes;
+    if (size == 0 && kind == kData) size = message.size() - at;  // the last one may say so
+    if (size > message.size() - at) return std::nullopt;
+    if (kind == kData) {
+      const bool announces = size > kDataHeadBytes && (flags & kInlineQos) == 0 && !found &&
+                             std::equal(kAnnouncer.begin(), kAnnouncer.end(), message.begin() + ptrdiff_t(at) + 8);
+      const size_t content = 4u + bytes.number16(at + 2);
+      if (!announces || content > size) return std::nullopt;
+      found = message.subspan(at + content, size - content);
+    } else if (kind != kPad && kind != kTime && kind != kDestination && kind != kFastDdsStatistics) {
+      return std::nullopt;
+    }
+    at += size;
+  }
+  return found;
 }
 
 }  // namespace
@@ -54,23 +83,29 @@ std::optional<ParticipantPrefix> senderOf(std::span<const uint8_t> message) {
   return prefix;
 }
 
+bool isAnnouncement(std::span<const uint8_t> message) {
+  const auto sender = senderOf(message);
+  const auto parameters = sender ? parametersOf(message) : std::nullopt;
+  bool of_sender = false;
+  if (parameters)
+    forEach(kParticipantGuid, *parameters, [&](Part guid, bool) {
+      of_sender = guid.size() == kGuidBytes && std::equal(sender->begin(), sender->end(), guid.begin());
+      return true;
+    });
+  return of_sender;
+}
+
 std::optional<uint16_t> announcedPort(std::span<const uint8_t> message) {
-  if (!senderOf(message)) return std::nullopt;
-  for (size_t at = kHeaderBytes; at + kSubmessageHeaderBytes <= message.size();) {
-    const uint8_t kind = message[at], flags = message[at + 1];
-    const Bytes bytes(message, (flags & kLittleEndian) != 0);
-    size_t size = bytes.number16(at + 2);
-    at += kSubmessageHeaderBytes;
-    if (size == 0) size = message.size() - at;  // the last one may say so
-    if (size > message.size() - at) return std::nullopt;
-    if (kind == kData && size > kDataHeadBytes && (flags & kInlineQos) == 0) {
-      const size_t content = 4u + bytes.number16(at + 2);
-      if (content > size) return std::nullopt;
-      if (const auto port = portIn(message.subspan(at + content, size - content))) return port;
-    }
-    at += size;
-  }
-  return std::nullopt;
+  std::optional<uint16_t> found;
+  const auto parameters = senderOf(message) ? parametersOf(message) : std::nullopt;
+  if (parameters)
+    forEach(kMetatrafficUnicastLocator, *parameters, [&](Part locator, bool little) {
+      const Bytes bytes(locator, little);
+      const uint32_t port = bytes.number32(4);
+      if (bytes.number32(0) == kUdp4 && port > 0 && port <= 65535) found = static_cast<uint16_t>(port);
+      return found.has_value();
+    });
+  return found;
 }
 
 }  // namespace comap

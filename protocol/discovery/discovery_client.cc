@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <mutex>
+#include <utility>
 
 namespace comap {
 namespace {
@@ -12,7 +13,6 @@ using std::chrono::seconds;
 
 constexpr seconds kSilent{6};  // three announcements without an answer
 constexpr seconds kResolveEvery{5};
-constexpr uint32_t kLoopback = 0x7f000000, kLoopbackMask = 0xff000000;
 
 // The resolver may hold who asks it for many seconds, also one who wants to end: it is asked from a thread that nobody
 // waits for.
@@ -59,7 +59,7 @@ class DiscoveryClient::Work {
   }
   std::string trouble() const {
     const std::lock_guard lock(mutex_);
-    return trouble_;
+    return trouble_.value_or("");
   }
   void stop() {
     stop_ = true;
@@ -74,6 +74,7 @@ class DiscoveryClient::Work {
       if (const auto bytes = socket_.receive(milliseconds(200), from)) {
         if (from.address == interface_ && isOwn(*bytes)) {
           announcement_ = *bytes;
+          cookie_tried_ = false;
           announce(NoteKind::kAnnounce);
         } else if (endpoint_ && isSameHostPort(from, *endpoint_)) {
           if (const auto note = decodeNote(*bytes)) takeNote(*note);
@@ -88,7 +89,7 @@ class DiscoveryClient::Work {
   bool isOwn(const std::vector<uint8_t>& bytes) const {
     const auto sender = senderOf(bytes);
     const std::lock_guard lock(mutex_);
-    return sender && participant_ == sender && bytes.size() <= kMostAnnouncementBytes;
+    return sender && participant_ == sender && bytes.size() <= kMostAnnouncementBytes && isAnnouncement(bytes);
   }
 
   void findServer() {
@@ -121,9 +122,9 @@ class DiscoveryClient::Work {
     if (note.site != site_) return;
     switch (note.kind) {
       case NoteKind::kCookie:
-        // Not twice in a row for one announcement: a server that always wants another would keep both busy.
-        if (note.cookie == cookie_) return;
+        // Once for each announcement: a server that always wants another would keep both busy.
         cookie_ = note.cookie;
+        if (std::exchange(cookie_tried_, true)) return;
         announce(NoteKind::kAnnounce);
         return;
       case NoteKind::kWelcome:
@@ -135,7 +136,7 @@ class DiscoveryClient::Work {
         setTrouble("has no room for more participants", "has no room for more participants; trying on");
         return;
       case NoteKind::kIntroduce:
-        if (const auto port = announcedPort(announcement_); port && senderOf(note.announcement))
+        if (const auto port = announcedPort(announcement_); port && isAnnouncement(note.announcement))
           socket_.send({interface_, *port, 0}, note.announcement);
         return;
       default:
@@ -157,9 +158,7 @@ class DiscoveryClient::Work {
     {
       const std::lock_guard lock(mutex_);
       const std::string now = trouble.empty() ? "" : server + trouble;
-      if (answered_once_ && now == trouble_) return;
-      if (!answered_once_ && !trouble.empty() && now == trouble_) return;
-      answered_once_ = answered_once_ || trouble.empty();
+      if (trouble_ == now) return;
       trouble_ = now;
     }
     if (options_.notice) options_.notice(server + line);
@@ -176,11 +175,11 @@ class DiscoveryClient::Work {
   Lookup lookup_;
   Clock::time_point heard_, asked_{};
   Cookie cookie_{};
+  bool cookie_tried_ = false;
   std::vector<uint8_t> announcement_;
-  bool answered_once_ = false;
   mutable std::mutex mutex_;  // what follows
   std::optional<ParticipantPrefix> participant_;
-  std::string trouble_;
+  std::optional<std::string> trouble_;  // empty: the server answers; nothing: not known yet
 };
 
 Result<std::unique_ptr<DiscoveryClient>> DiscoveryClient::start(DiscoveryClientOptions options) {
@@ -189,16 +188,13 @@ Result<std::unique_ptr<DiscoveryClient>> DiscoveryClient::start(DiscoveryClientO
   const auto interface = parseAddress(options.interface);
   if (!interface)
     return Error{ErrorCode::kWrongUse, "link.interface_address '" + options.interface + "' is no IPv4 address"};
-  // A server on this machine is reached from any of its addresses; all else goes by the one interface.
-  const auto address = parseAddress(server->host);
-  const bool on_loopback = server->host == "localhost" || (address && (*address & kLoopbackMask) == kLoopback);
-  auto socket = DatagramSocket::bind({on_loopback ? 0 : *interface, 0, 0});
+  auto socket = DatagramSocket::bind({*interface, 0, 0});
   if (!socket) return socket.error();
   return std::unique_ptr<DiscoveryClient>(new DiscoveryClient(
-      std::make_shared<Work>(std::move(options), std::move(*server), *interface, std::move(*socket))));
+      std::make_unique<Work>(std::move(options), std::move(*server), *interface, std::move(*socket))));
 }
 
-DiscoveryClient::DiscoveryClient(std::shared_ptr<Work> work)
+DiscoveryClient::DiscoveryClient(std::unique_ptr<Work> work)
     : work_(std::move(work)), thread_([this] { work_->run(); }) {}
 
 DiscoveryClient::~DiscoveryClient() {

@@ -41,8 +41,8 @@ class DiscoveryClient {
 
  private:
   class Work;
-  explicit DiscoveryClient(std::shared_ptr<Work> work);
-  std::shared_ptr<Work> work_;
+  explicit DiscoveryClient(std::unique_ptr<Work> work);
+  std::unique_ptr<Work> work_;
   std::thread thread_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "protocol/discovery/announcement.h"
 #include "protocol/keys/digest.h"
 
 namespace comap {
@@ -11,7 +12,6 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 constexpr seconds kSilent{15};  // DDS announces each 2 s, and forgets after 10 s
-constexpr milliseconds kLeastGap{100};
 constexpr size_t kMostMembers = 4096, kMostOfSite = 512, kMostOfAddress = 128;
 
 bool speak(MemberRole a, MemberRole b) { return a != b || a == MemberRole::kCore; }
@@ -19,6 +19,7 @@ bool speak(MemberRole a, MemberRole b) { return a != b || a == MemberRole::kCore
 // Introductions are datagrams that may be lost, and peers that were out of reach for long forget each other: all is
 // told again, the slower the more there are, so that a server sends some ten datagrams a member and second at most.
 milliseconds tellAgainAfter(size_t members) { return std::max(milliseconds(2000), milliseconds(100 * members)); }
+milliseconds tellNewsAfter(size_t members) { return tellAgainAfter(members) / 4; }
 
 std::string nameOf(MemberRole role) {
   return role == MemberRole::kRobot ? "robot" : role == MemberRole::kCore ? "core" : "observer";
@@ -29,7 +30,12 @@ std::string nameOf(MemberRole role) {
 template <class Visit>
 void Introductions::forSite(const SiteCode& site, Visit visit) const {
   for (auto it = members_.lower_bound({site, Endpoint{}}); it != members_.end() && it->first.first == site; ++it)
-    visit(it->first.second, it->second);
+    if (!it->second.gone) visit(it->first.second, it->second);
+}
+
+size_t Introductions::members() const {
+  return static_cast<size_t>(
+      std::count_if(members_.begin(), members_.end(), [](const auto& entry) { return !entry.second.gone; }));
 }
 
 std::vector<Introductions::Outgoing> Introductions::take(const Endpoint& from, std::span<const uint8_t> bytes,
@@ -43,6 +49,7 @@ std::vector<Introductions::Outgoing> Introductions::take(const Endpoint& from, s
     return {{from, std::move(reply)}};
   }
   if (note->kind != NoteKind::kAnnounce && note->kind != NoteKind::kLeave) return {};
+  if (note->kind == NoteKind::kAnnounce && !isAnnouncement(note->announcement)) return {};
   if (note->cookie != cookieOf(from, note->site)) {
     if (note->kind == NoteKind::kLeave) return {};
     Note reply;
@@ -52,60 +59,62 @@ std::vector<Introductions::Outgoing> Introductions::take(const Endpoint& from, s
     return {{from, encodeNote(reply)}};
   }
   if (note->kind == NoteKind::kAnnounce) return announce(from, *note, now);
-  if (members_.erase({note->site, from}) > 0) tell_(nameOf(note->role) + " at " + toString(from) + " left");
+  leave({note->site, from}, now);
   return {};
+}
+
+void Introductions::leave(const Key& who, Clock::time_point now) {
+  const auto it = members_.find(who);
+  if (it == members_.end() || it->second.gone) return;
+  it->second.gone = true;
+  it->second.heard = now;
+  tell_(nameOf(it->second.role) + " at " + toString(who.second) + " left");
 }
 
 std::vector<Introductions::Outgoing> Introductions::announce(const Endpoint& from, const Note& note,
                                                              Clock::time_point now) {
   const Key key{note.site, from};
+  size_t others = 0;
+  forSite(note.site, [&](const Endpoint& other, const Member&) { others += other != from ? 1 : 0; });
+  const size_t of_site = others + 1;
   auto it = members_.find(key);
-  const bool is_new = it == members_.end();
+  const bool is_new = it == members_.end() || it->second.gone;
+  if (is_new && it != members_.end() && now - it->second.told < tellAgainAfter(of_site)) return {};  // it says so again
   Note reply;
   reply.site = note.site;
-  if (is_new && !isRoomFor(from, note.site)) {
+  if (it == members_.end() && !isRoomFor(from, note.site)) {
     reply.kind = NoteKind::kFull;
     return {{from, encodeNote(reply)}};
   }
-  if (is_new) it = members_.emplace(key, Member{note.role, {}, now, {}}).first;
+  if (it == members_.end()) it = members_.emplace(key, Member{note.role, {}, now, {}}).first;
   Member& member = it->second;
+  member.gone = false;
   member.heard = now;
-  const bool changed = member.announcement != note.announcement || member.role != note.role;
+  member.news = member.news || member.announcement != note.announcement || member.role != note.role;
   member.announcement = note.announcement;
   member.role = note.role;
 
   std::vector<Outgoing> out;
-  size_t of_site = 0;
-  forSite(note.site, [&](const Endpoint&, const Member&) { ++of_site; });
   reply.kind = NoteKind::kWelcome;
-  reply.count = static_cast<uint16_t>(of_site - 1);
+  reply.count = static_cast<uint16_t>(others);
   out.push_back({from, encodeNote(reply)});
   if (is_new) {
     tell_(nameOf(note.role) + " at " + toString(from) + " came; " + std::to_string(of_site) + " of its site");
-    Note introduction = reply;
-    introduction.kind = NoteKind::kIntroduce;
     forSite(note.site, [&](const Endpoint& other, const Member& there) {
-      if (other == from || !speak(there.role, member.role)) return;
-      introduction.role = there.role;
-      introduction.announcement = there.announcement;
-      out.push_back({from, encodeNote(introduction)});
+      if (other != from && speak(there.role, member.role)) out.push_back({from, introductionOf(note.site, there)});
     });
   }
   const auto since = now - member.told;
-  if (is_new || (changed && since >= kLeastGap) || since >= tellAgainAfter(of_site)) {
+  if (is_new || (member.news && since >= tellNewsAfter(of_site)) || since >= tellAgainAfter(of_site)) {
     member.told = now;
+    member.news = false;
     for (Outgoing& each : introduce(key, member)) out.push_back(std::move(each));
   }
   return out;
 }
 
 std::vector<Introductions::Outgoing> Introductions::introduce(const Key& who, const Member& member) const {
-  Note note;
-  note.kind = NoteKind::kIntroduce;
-  note.role = member.role;
-  note.site = who.first;
-  note.announcement = member.announcement;
-  const auto bytes = encodeNote(note);
+  const auto bytes = introductionOf(who.first, member);
   std::vector<Outgoing> out;
   forSite(who.first, [&](const Endpoint& other, const Member& there) {
     if (other != who.second && speak(there.role, member.role)) out.push_back({other, bytes});
@@ -113,11 +122,20 @@ std::vector<Introductions::Outgoing> Introductions::introduce(const Key& who, co
   return out;
 }
 
+std::vector<uint8_t> Introductions::introductionOf(const SiteCode& site, const Member& member) {
+  Note note;
+  note.kind = NoteKind::kIntroduce;
+  note.role = member.role;
+  note.site = site;
+  note.announcement = member.announcement;
+  return encodeNote(note);
+}
+
 std::vector<uint8_t> Introductions::answer(const SiteCode& site) const {
   Note note;
   note.kind = NoteKind::kAnswer;
   note.site = site;
-  note.count = static_cast<uint16_t>(members_.size());
+  note.count = static_cast<uint16_t>(members());
   forSite(site, [&](const Endpoint&, const Member& member) { ++note.counts.at(static_cast<size_t>(member.role)); });
   return encodeNote(note);
 }
@@ -129,12 +147,14 @@ Cookie Introductions::cookieOf(const Endpoint& endpoint, const SiteCode& site) c
   return authenticationCode(secret_, text);
 }
 
+// Places of those who have left count too.
 bool Introductions::isRoomFor(const Endpoint& from, const SiteCode& site) const {
-  size_t of_site = 0;
-  forSite(site, [&](const Endpoint&, const Member&) { ++of_site; });
+  const auto of_site = std::count_if(members_.lower_bound({site, Endpoint{}}), members_.end(),
+                                     [&](const auto& entry) { return entry.first.first == site; });
   const auto of_address = std::count_if(members_.begin(), members_.end(),
                                         [&](const auto& entry) { return entry.first.second.address == from.address; });
-  return members_.size() < kMostMembers && of_site < kMostOfSite && static_cast<size_t>(of_address) < kMostOfAddress;
+  return members_.size() < kMostMembers && static_cast<size_t>(of_site) < kMostOfSite &&
+         static_cast<size_t>(of_address) < kMostOfAddress;
 }
 
 void Introductions::forgetSilent(Clock::time_point now) {
@@ -145,7 +165,7 @@ void Introductions::forgetSilent(Clock::time_point now) {
       ++it;
       continue;
     }
-    tell_(nameOf(it->second.role) + " at " + toString(it->first.second) + " fell silent");
+    if (!it->second.gone) tell_(nameOf(it->second.role) + " at " + toString(it->first.second) + " fell silent");
     it = members_.erase(it);
   }
 }

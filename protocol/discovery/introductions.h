@@ -29,22 +29,28 @@ class Introductions {
   /// `from`, so that the server is no use for flooding others.
   std::vector<Outgoing> take(const Endpoint& from, std::span<const uint8_t> bytes, Clock::time_point now);
 
-  size_t members() const { return members_.size(); }
+  /// How many are there now.
+  size_t members() const;
 
  private:
   struct Member {
     MemberRole role;
     std::vector<uint8_t> announcement;
     Clock::time_point heard, told;
+    bool news = false;  ///< the others have been told something older of it
+    bool gone = false;  ///< has left; keeps its place for a while, so that leaving and coming again floods nobody
   };
   using Key = std::pair<SiteCode, Endpoint>;
 
   std::vector<Outgoing> announce(const Endpoint& from, const Note& note, Clock::time_point now);
+  void leave(const Key& who, Clock::time_point now);
   std::vector<Outgoing> introduce(const Key& who, const Member& member) const;
+  static std::vector<uint8_t> introductionOf(const SiteCode& site, const Member& member);
   std::vector<uint8_t> answer(const SiteCode& site) const;
   Cookie cookieOf(const Endpoint& endpoint, const SiteCode& site) const;
   bool isRoomFor(const Endpoint& from, const SiteCode& site) const;
   void forgetSilent(Clock::time_point now);
+  /// Those of the site that are there.
   template <class Visit>
   void forSite(const SiteCode& site, Visit visit) const;
 

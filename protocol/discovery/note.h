@@ -25,7 +25,7 @@ enum class NoteKind : uint8_t {
 enum class MemberRole : uint8_t { kRobot, kCore, kObserver };
 
 using Cookie = std::array<uint8_t, 16>;
-/// Stands for a DDS domain and a site; who does not know the site's name cannot tell which it is.
+/// Stands for a DDS domain and a site: a hash, so who does not know the site's name has to guess it.
 using SiteCode = std::array<uint8_t, 16>;
 SiteCode siteCode(int domain, const std::string& site);
 

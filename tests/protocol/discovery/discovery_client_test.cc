@@ -8,6 +8,7 @@
 
 #include "protocol/discovery/discovery_ask.h"
 #include "protocol/discovery/discovery_server.h"
+#include "tests/protocol/discovery/announcement_message.h"
 
 namespace comap {
 namespace {
@@ -54,23 +55,23 @@ class Dds {
  public:
   explicit Dds(uint8_t number) : socket_(anySocket()) {
     prefix_.fill(number);
-    const uint16_t port = socket_.port();
-    message_ = {'R', 'T', 'P', 'S', 2, 3, 1, 15};
-    message_.insert(message_.end(), prefix_.begin(), prefix_.end());
-    message_.insert(message_.end(), {0x15, 5, 0, 0, 0, 0, 16, 0});
-    message_.resize(message_.size() + 16);
-    message_.insert(message_.end(), {0, 3, 0, 0, 0x32, 0, 24, 0, 1, 0, 0, 0});
-    message_.insert(message_.end(), {static_cast<uint8_t>(port), static_cast<uint8_t>(port >> 8), 0, 0});
-    message_.resize(message_.size() + 16);
-    message_.insert(message_.end(), {1, 0, 0, 0});
+    message_ = AnnouncementMessage(prefix_)
+                   .locator(AnnouncementMessage::kMetatrafficUnicast, AnnouncementMessage::kUdp4, socket_.port())
+                   .end();
   }
   const ParticipantPrefix& prefix() const { return prefix_; }
+  const std::vector<uint8_t>& message() const { return message_; }
+  void announce(uint16_t client) const { socket_.send({kHere, client, 0}, message_); }
+  /// What comes, and from whom.
+  std::optional<std::vector<uint8_t>> hear(milliseconds patience) const {
+    Endpoint from;
+    return socket_.receive(patience, from);
+  }
   /// Announces until something comes; of whom it is told.
   std::optional<int> exchange(uint16_t client, seconds patience = seconds(20)) {
     for (auto until = std::chrono::steady_clock::now() + patience; std::chrono::steady_clock::now() < until;) {
-      socket_.send({kHere, client, 0}, message_);
-      Endpoint from;
-      if (const auto bytes = socket_.receive(milliseconds(50), from))
+      announce(client);
+      if (const auto bytes = hear(milliseconds(50)))
         if (const auto sender = senderOf(*bytes)) return sender->front();
     }
     return std::nullopt;
@@ -163,6 +164,79 @@ TEST(DiscoveryClient, AServerThatIsSilentIsToldOnceAndFoundAgainWhenItComes) {
   }
   const std::string told = of_robot.all();
   EXPECT_EQ(told.find("does not answer"), told.rfind("does not answer")) << "once: " << told;
+}
+
+// In a server's place: a socket that answers what the test tells it to.
+class Pretender {
+ public:
+  Pretender() : socket_(anySocket()) {}
+  std::string at() const { return "127.0.0.1:" + std::to_string(socket_.port()); }
+  /// The next note and its sender, if one comes in time.
+  std::optional<Note> hear(milliseconds patience = seconds(20)) {
+    const auto bytes = socket_.receive(patience, client_);
+    return bytes ? decodeNote(*bytes) : std::nullopt;
+  }
+  void say(const Note& note) const { socket_.send(client_, encodeNote(note)); }
+
+ private:
+  DatagramSocket socket_;
+  Endpoint client_;
+};
+
+TEST(DiscoveryClient, AServerThatTakesAllAndAnswersNothingIsToldAsSilent) {
+  Lines lines;
+  Pretender server;
+  Dds robot(1);
+  const auto client = connect(server.at(), MemberRole::kRobot, "flat", robot, lines);
+  robot.announce(client->port());
+  const auto note = server.hear();
+  ASSERT_TRUE(note);
+  EXPECT_EQ(note->kind, NoteKind::kAnnounce);
+  EXPECT_EQ(note->announcement, robot.message());
+  EXPECT_TRUE(lines.hear("discovery server " + server.at() + " does not answer")) << lines.all();
+  EXPECT_THAT(client->trouble(), HasSubstr("does not answer"));
+}
+
+TEST(DiscoveryClient, AServerThatAlwaysWantsAnotherCookieKeepsNobodyBusy) {
+  Lines lines;
+  Pretender server;
+  Dds robot(1);
+  const auto client = connect(server.at(), MemberRole::kRobot, "flat", robot, lines);
+  for (uint8_t round = 0; round < 3; ++round) {
+    robot.announce(client->port());
+    int heard = 0;
+    Note answer;
+    answer.kind = NoteKind::kCookie;
+    answer.site = siteCode(42, "flat");
+    while (const auto note = server.hear(heard < 2 ? milliseconds(20000) : milliseconds(300))) {
+      EXPECT_TRUE(heard == 0 || note->cookie == answer.cookie) << "it says again what it was given";
+      answer.cookie.fill(static_cast<uint8_t>(100 * round + ++heard));
+      server.say(answer);
+      ASSERT_LE(heard, 2) << "once with the first cookie, and then not before DDS announces again";
+    }
+    EXPECT_EQ(heard, 2);
+  }
+}
+
+TEST(DiscoveryClient, ItsDdsIsHandedAnnouncementsOnly) {
+  Lines lines;
+  Pretender server;
+  Dds robot(1), core(2);
+  const auto client = connect(server.at(), MemberRole::kRobot, "flat", robot, lines);
+  robot.announce(client->port());
+  ASSERT_TRUE(server.hear());
+  Note introduction;
+  introduction.kind = NoteKind::kIntroduce;
+  introduction.site = siteCode(42, "flat");
+  for (const auto& bytes :
+       {std::vector<uint8_t>(100, 1),
+        AnnouncementMessage(core.prefix(), core.prefix(), true, true, AnnouncementMessage::kOtherWriter).end(),
+        AnnouncementMessage(core.prefix(), robot.prefix()).end(), core.message()}) {
+    introduction.announcement = bytes;
+    server.say(introduction);
+  }
+  EXPECT_EQ(robot.hear(seconds(20)), core.message()) << "the last alone";
+  EXPECT_FALSE(robot.hear(milliseconds(300)));
 }
 
 TEST(DiscoveryClient, ANameThatNobodyKnowsIsSaid) {

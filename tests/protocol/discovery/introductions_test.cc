@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/protocol/discovery/announcement_message.h"
+
 namespace comap {
 namespace {
 
@@ -20,7 +22,12 @@ class IntroductionsTest : public testing::Test {
     std::vector<uint8_t> announcement{};
   };
   Participant make(uint8_t number, MemberRole role, const std::string& site = "flat") {
-    return {{0x0a000000u + number, 40000, 0}, role, site, {}, {number, number}};
+    return {{0x0a000000u + number, 40000, 0}, role, site, {}, announcementOf(number)};
+  }
+  static std::vector<uint8_t> announcementOf(uint8_t number) {
+    ParticipantPrefix prefix;
+    prefix.fill(number);
+    return AnnouncementMessage(prefix).end();
   }
   static Note noteOf(const Participant& who, NoteKind kind) {
     Note note;
@@ -54,7 +61,7 @@ class IntroductionsTest : public testing::Test {
     std::vector<std::string> out;
     for (const auto& [to, note] : notes)
       if (note.kind == NoteKind::kIntroduce)
-        out.push_back(std::to_string(to.address & 255) + "<" + std::to_string(note.announcement.at(0)));
+        out.push_back(std::to_string(to.address & 255) + "<" + std::to_string(senderOf(note.announcement)->front()));
     std::sort(out.begin(), out.end());
     return out;
   }
@@ -114,11 +121,65 @@ TEST_F(IntroductionsTest, AllIsToldAgainButNotAlways) {
   EXPECT_EQ(told(say(robot, NoteKind::kAnnounce)), Told{});
   now_ += milliseconds(1500);
   EXPECT_EQ(told(say(robot, NoteKind::kAnnounce)), Told{"1<2"}) << "the first may have been lost";
-  now_ += milliseconds(200);
-  robot.announcement = {9};
+  now_ += milliseconds(600);
+  robot.announcement = announcementOf(9);
   EXPECT_EQ(told(say(robot, NoteKind::kAnnounce)), Told{"1<9"}) << "another address of the same robot, say";
-  robot.announcement = {8};
+  robot.announcement = announcementOf(8);
   EXPECT_EQ(told(say(robot, NoteKind::kAnnounce)), Told{}) << "a flood is not passed on";
+  now_ += milliseconds(600);
+  EXPECT_EQ(told(say(robot, NoteKind::kAnnounce)), Told{"1<8"}) << "but its end is";
+  now_ += milliseconds(600);
+  EXPECT_EQ(told(say(robot, NoteKind::kAnnounce)), Told{}) << "no news";
+}
+
+// Each other gets a datagram of a hundred times the size of the one that asks to be forgotten.
+TEST_F(IntroductionsTest, LeavingAndComingAgainFloodsNobody) {
+  auto core = make(1, MemberRole::kCore), robot = make(2, MemberRole::kRobot);
+  join(core);
+  EXPECT_EQ(told(join(robot)), (Told{"1<2", "2<1"}));
+  const size_t lines = lines_.size();
+  for (int i = 0; i < 1000; ++i) {
+    EXPECT_TRUE(say(robot, NoteKind::kLeave).empty());
+    EXPECT_TRUE(say(robot, NoteKind::kAnnounce).empty());
+  }
+  EXPECT_LE(lines_.size(), lines + 1);
+  EXPECT_EQ(server_->members(), 1u) << "who has left is not there";
+  EXPECT_EQ(say(robot, NoteKind::kAsk).front().second.count, 1);
+  auto viewer = make(3, MemberRole::kObserver);
+  EXPECT_EQ(told(join(viewer)), (Told{"1<3", "3<1"})) << "nor told of it";
+  now_ += seconds(2);
+  EXPECT_EQ(told(say(robot, NoteKind::kAnnounce)), (Told{"1<2", "2<1", "2<3", "3<2"})) << "it may come again later";
+  EXPECT_EQ(server_->members(), 3u);
+}
+
+TEST_F(IntroductionsTest, LeavingMakesNoRoomForMoreThanOneAddressMayHave) {
+  size_t taken = 0;
+  for (uint16_t port = 1; port <= 300; ++port) {
+    auto many = make(2, MemberRole::kRobot);
+    many.at.port = port;
+    taken += join(many).front().second.kind == NoteKind::kWelcome ? 1 : 0;
+    say(many, NoteKind::kLeave);
+  }
+  EXPECT_EQ(taken, 128u);
+  EXPECT_EQ(server_->members(), 0u);
+  now_ += seconds(17);
+  auto later = make(2, MemberRole::kRobot);
+  EXPECT_EQ(join(later).front().second.kind, NoteKind::kWelcome) << "places are free again";
+}
+
+TEST_F(IntroductionsTest, OnlyAnnouncementsArePassedOn) {
+  auto core = make(1, MemberRole::kCore), robot = make(2, MemberRole::kRobot);
+  join(core);
+  const ParticipantPrefix own{2}, other{3};
+  for (const auto& bytes : {std::vector<uint8_t>(), std::vector<uint8_t>(200, 7), AnnouncementMessage(own, other).end(),
+                            AnnouncementMessage(own, own, true, true, AnnouncementMessage::kOtherWriter).end()}) {
+    robot.announcement = bytes;
+    EXPECT_TRUE(say(robot, NoteKind::kAnnounce).empty());
+  }
+  join(robot = make(2, MemberRole::kRobot));
+  robot.announcement = std::vector<uint8_t>(200, 7);
+  now_ += seconds(5);
+  EXPECT_TRUE(say(robot, NoteKind::kAnnounce).empty()) << "a known one may send no other bytes either";
 }
 
 TEST_F(IntroductionsTest, WhoLeavesOrFallsSilentIsForgotten) {
