@@ -52,6 +52,11 @@ std::string authorityFolder(const std::string& dir) { return dir + "/authority";
 // A copy of each certificate stays with the authority, so that a key can be revoked whose folder is gone.
 std::string issuedFolder(const std::string& dir) { return authorityFolder(dir) + "/issued"; }
 
+// "a-1F2E.pem" is one of 'a', "a-b-1F2E.pem" is not.
+bool isCopyOf(const std::string& name, const std::string& file) {
+  return file.starts_with(name + "-") && file.find('-', name.size() + 1) == std::string::npos;
+}
+
 bool isThere(const std::string& path) {
   std::error_code ignored;
   return fs::exists(path, ignored);
@@ -71,7 +76,7 @@ Result<Authority> openAuthority(const std::string& dir) {
   return authority;
 }
 
-// The certificates of NAME that are not revoked yet, by serial; that of its folder last. Of the copies that stay with
+// The certificates of NAME that are not revoked yet, by serial; that of its folder first. Of the copies that stay with
 // the authority as well: the folder may be gone.
 Result<std::vector<std::pair<std::string, std::string>>> certificatesOf(const std::string& dir,
                                                                         const std::string& name) {
@@ -88,13 +93,13 @@ Result<std::vector<std::pair<std::string, std::string>>> certificatesOf(const st
     if (!known && facts->participant.name == name) found.emplace_back(facts->serial, *pem);
     return {};
   };
-  std::error_code none;
-  for (const auto& entry : fs::directory_iterator(issuedFolder(dir), none))
-    if (entry.path().filename().string().starts_with(name + "-"))
-      if (auto added = add(entry.path().string()); !added) return added.error();
   const std::string own = credentialsIn(dir + "/" + name).certificate;
   if (isThere(own))
     if (auto added = add(own); !added) return added.error();
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(issuedFolder(dir), none))
+    if (isCopyOf(name, entry.path().filename().string()))
+      if (auto added = add(entry.path().string()); !added) return added.error();
   return found;
 }
 
@@ -176,6 +181,9 @@ Result<std::vector<std::string>> revokeParticipant(const std::string& dir, const
   const std::string folder = dir + "/" + name;
   const auto certificates = certificatesOf(dir, name);
   if (!certificates) return certificates.error();
+  if (certificates->empty() && isThere(credentialsIn(folder).certificate))
+    return Error{ErrorCode::kWrongUse,
+                 folder + ": its certificate is revoked already, or of another name; move the folder away"};
   if (certificates->empty() && isThere(folder))
     return Error{ErrorCode::kUnreachable, folder + ": its certificate.pem is gone, and " + issuedFolder(dir) +
                                               " has no copy of it: without its serial number it cannot be revoked; "
@@ -203,7 +211,7 @@ Result<std::vector<std::string>> revokeParticipant(const std::string& dir, const
   if (!isThere(dir + "/revoked"))
     if (auto made = makeFolder(dir + "/revoked"); !made) return made.error();
   std::error_code error;
-  fs::rename(folder, dir + "/revoked/" + name + "-" + certificates->rbegin()->first, error);
+  fs::rename(folder, dir + "/revoked/" + name + "-" + certificates->front().first, error);
   if (error) return Error{ErrorCode::kUnreachable, folder + ": is revoked, but cannot be moved: " + error.message()};
   return others;
 }

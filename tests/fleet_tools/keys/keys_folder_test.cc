@@ -136,6 +136,23 @@ TEST(KeysFolder, AKeyWhoseFolderIsGoneCanBeRevoked) {
   EXPECT_THAT(lost.error().text, HasSubstr("a-b: its certificate.pem is gone"));
 }
 
+TEST(KeysFolder, AFolderIsMovedUnderTheSerialOfItsOwnCertificate) {
+  SiteKeys keys("flat");
+  for (int lost = 0; lost < 4; ++lost) fs::remove_all(keys.of(KeyRole::kRobot, "a"));
+  const std::string own = keys.of(KeyRole::kRobot, "a"), core = keys.of(KeyRole::kCore, "core");
+  const std::string serial = factsOf(credentialsIn(own), std::time(nullptr))->serial;
+  // Of another robot, and no certificate: of no concern here.
+  std::ofstream(keys.path() + "/authority/issued/a-b-1F.pem") << "nonsense";
+  ASSERT_TRUE(revokeParticipant(keys.path(), "a"));
+  EXPECT_THAT(*participantsIn(keys.path()), ElementsAre("core", "revoked/a-" + serial));
+  EXPECT_EQ(factsOf(credentialsIn(core), std::time(nullptr))->all_revoked.size(), 5u) << "all that were ever made";
+  // Brought back from somewhere.
+  fs::copy(keys.path() + "/revoked/a-" + serial, own, fs::copy_options::recursive);
+  const auto again = revokeParticipant(keys.path(), "a");
+  ASSERT_FALSE(again);
+  EXPECT_THAT(again.error().text, HasSubstr("/a: its certificate is revoked already"));
+}
+
 TEST(KeysFolder, AFolderThatCannotBeReadIsSaid) {
   SiteKeys keys("flat");
   const std::string loop = keys.path() + "/loop";
