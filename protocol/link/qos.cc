@@ -61,11 +61,6 @@ void setCommon(Topic topic, Qos& qos) {
 
 }  // namespace
 
-std::string profileOf(const DdsLinkOptions& options) {
-  if (options.profile != "auto") return options.profile;
-  return options.interface_address.starts_with("127.") ? "local" : "lan";
-}
-
 dds::DomainParticipantQos participantQos(const std::string& name, const DdsLinkOptions& options,
                                          uint16_t introducer_port) {
   dds::DomainParticipantQos qos;

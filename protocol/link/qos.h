@@ -14,9 +14,6 @@ namespace comap {
 /// After this long without a word a participant counts as gone.
 inline constexpr int kLease_s = 10;
 
-/// The profile of `options`, "auto" resolved.
-std::string profileOf(const DdsLinkOptions& options);
-
 /// UDP on the one interface. Profiles lan and wan: in datagrams that need no IP fragments. wan, or with a discovery
 /// server: no multicast; whoever has a core_address looks there, and at `introducer_port` of the interface if it is not
 /// 0.

@@ -3,6 +3,7 @@
 
 #include <ctime>
 #include <functional>
+#include <memory>
 #include <set>
 #include <string>
 
@@ -21,9 +22,12 @@ class Revocations {
     kChanged,  ///< others count no longer, or this one counts again: who is connected must prove himself anew
     kOwnKey,   ///< this participant's own certificate is in the list
   };
-  /// Looks at the files. A list that cannot be used (half copied, of another authority) is told, and the one before it
-  /// stays in force.
+  /// Looks at the files. A list that cannot be used (half copied, of another authority) or that lacks what the one
+  /// before it lists, since it is older, is told, and the one before it stays in force.
   News look();
+
+  /// The path of a copy of the list in force, whatever becomes of the file; empty if there was none to begin with.
+  std::string list() const;
 
   /// Why this participant's own key counts no longer; empty while it does.
   const std::string& barred() const { return barred_; }
@@ -36,12 +40,19 @@ class Revocations {
       return changed.tv_sec == other.changed.tv_sec && changed.tv_nsec == other.changed.tv_nsec && bytes == other.bytes;
     }
   };
+  class Copy;
   Stamp stampNow() const;
+  News bar(const CertificateFacts& facts);
+  News keepOn(const std::string& reason, bool is_new) const;
+  News follow(const CertificateFacts& facts);
+  bool holdOn(const CertificateFacts& facts);
 
   const Credentials files_;
   const std::function<void(const std::string&)> notice_;
   Stamp judged_, seen_;
-  std::set<std::string> revoked_;
+  std::set<std::string> revoked_;  // serials, of what is in force
+  std::string authority_;          // whose serials
+  std::shared_ptr<const Copy> copy_;
   std::string barred_;
 };
 

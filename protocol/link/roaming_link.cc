@@ -43,7 +43,7 @@ Result<void> RoamingLink::follow() {
   link_.reset();
   address_ = address;
   if (address.empty()) return {};
-  auto link = connect_(address);
+  auto link = connect_(address, revocations_ ? revocations_->list() : "");
   if (!link) return link.error();
   link_ = std::move(*link);
   return {};

@@ -14,9 +14,8 @@
 
 namespace comap {
 
-/// The IPv4 address of the interface that has this address or this name; empty if there is none now, or it is
-/// down. Of 127.* only
-/// 127.0.0.1 is one.
+/// The IPv4 address of the interface that has this address or this name; empty if there is none now, or it is down. Of
+/// 127.* only 127.0.0.1 is one.
 std::string ownAddress(const std::string& interface);
 
 /// While the interface has no address, or the own key is revoked, nobody is there and publish is kUnreachable. Peers
@@ -24,8 +23,8 @@ std::string ownAddress(const std::string& interface);
 /// Thread rule: as Link.
 class RoamingLink : public Link {
  public:
-  /// Opens a link on an address.
-  using Connect = std::function<Result<std::unique_ptr<Link>>(const std::string& address)>;
+  /// Opens a link on an address, with the list of revoked keys that is in force (Revocations::list()).
+  using Connect = std::function<Result<std::unique_ptr<Link>>(const std::string& address, const std::string& revoked)>;
   /// The address now; empty if there is none.
   using Address = std::function<std::string()>;
   RoamingLink(std::string interface, Address address, Connect connect, std::optional<Revocations> revocations = {})

@@ -68,7 +68,7 @@ void secure(const DdsLinkOptions& options, eprosima::fastdds::dds::DomainPartici
   set("dds.sec.auth.plugin", "builtin.PKI-DH");
   setFile("dds.sec.auth.builtin.PKI-DH.identity_ca", files.authority);
   setFile("dds.sec.auth.builtin.PKI-DH.identity_certificate", files.certificate);
-  setFile("dds.sec.auth.builtin.PKI-DH.identity_crl", files.revoked);
+  setFile("dds.sec.auth.builtin.PKI-DH.identity_crl", options.revoked.empty() ? files.revoked : options.revoked);
   setFile("dds.sec.auth.builtin.PKI-DH.private_key", files.key);
   set("dds.sec.access.plugin", "builtin.Access-Permissions");
   setFile("dds.sec.access.builtin.Access-Permissions.permissions_ca", files.authority);
