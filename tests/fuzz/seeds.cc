@@ -10,11 +10,13 @@
 #include "mapping_core/service/core_config.h"
 #include "mapping_core/store/tile_bytes.h"
 #include "protocol/codec/fern_code_codec.h"
+#include "protocol/discovery/note.h"
 #include "protocol/link/octets_type.h"
 #include "robot_api/wire.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/sample_files.h"
 #include "tests/protocol/codec/samples.h"
+#include "tests/protocol/discovery/announcement_message.h"
 
 namespace comap::fuzz {
 namespace {
@@ -118,6 +120,34 @@ void addMessages(const Seeds& seeds) {
   eprosima::fastrtps::rtps::SerializedPayload_t payload(type.getSerializedSizeProvider(&octets)());
   require(type.serialize(&octets, &payload), "a sample can be written");
   seeds.add("octets", "1", Bytes(payload.data, payload.length));
+}
+
+// A core and a robot that come, say so again, and leave; somebody asks.
+void addDiscovery(const Seeds& seeds) {
+  std::vector<uint8_t> all;
+  const auto say = [&](uint8_t who, NoteKind kind) {
+    Note note;
+    note.kind = kind;
+    note.role = who == 1 ? MemberRole::kCore : MemberRole::kRobot;
+    note.site = siteCode(42, "flat");
+    ParticipantPrefix prefix;
+    prefix.fill(who);
+    if (kind == NoteKind::kAnnounce)
+      note.announcement = AnnouncementMessage(prefix)
+                              .locator(AnnouncementMessage::kMetatrafficUnicast, AnnouncementMessage::kUdp4, 7410)
+                              .end();
+    const auto bytes = encodeNote(note);
+    seeds.add("discovery", "note-" + std::to_string(static_cast<int>(kind)), Bytes(bytes));
+    all.insert(all.end(), {who, 25, static_cast<uint8_t>(bytes.size()), static_cast<uint8_t>(bytes.size() >> 8)});
+    all.insert(all.end(), bytes.begin(), bytes.end());
+    if (kind == NoteKind::kAnnounce) seeds.add("discovery", "announcement", Bytes(note.announcement));
+  };
+  for (int round = 0; round < 4; ++round)
+    for (const uint8_t who : {1, 2, 3}) say(who, NoteKind::kAnnounce);
+  say(4, NoteKind::kAsk);
+  for (const uint8_t who : {2, 2, 1}) say(who, NoteKind::kLeave);
+  say(2, NoteKind::kAnnounce);
+  seeds.add("discovery", "site", Bytes(all));
 }
 
 void addFiles(const Seeds& seeds) {
@@ -226,6 +256,7 @@ int main(int argc, char** argv) {
   }
   const comap::fuzz::Seeds seeds(argv[1]);
   comap::fuzz::addMessages(seeds);
+  comap::fuzz::addDiscovery(seeds);
   comap::fuzz::addFiles(seeds);
   comap::fuzz::addKeys(seeds);
   comap::fuzz::addRows(seeds);
