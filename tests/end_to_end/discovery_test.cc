@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "protocol/discovery/endpoint.h"
 #include "tests/end_to_end/background.h"
 #include "tests/end_to_end/flat_test.h"
 
@@ -54,7 +55,14 @@ class Discovery : public FlatTest {
   }
   std::string log(const std::string& name) { return contentOf(folder_.path(name + ".log")); }
 
-  const std::string address_ = "127.0.0.1:" + std::to_string(20000 + getpid() % 10000);
+  // A port that nobody has now.
+  static std::string freeAddress() {
+    const auto socket = DatagramSocket::bind({0x7f000001, 0, 0});
+    EXPECT_TRUE(socket);
+    return "127.0.0.1:" + std::to_string(socket->port());
+  }
+
+  const std::string address_ = freeAddress();
   // These tests may run side by side.
   const std::string site_ = "met-" + std::to_string(getpid()), other_ = "attic-" + std::to_string(getpid());
 };
@@ -65,7 +73,8 @@ TEST_F(Discovery, RobotsMeetTheirCoreThroughAServerThatIsKilledAndStartedAgain) 
   auto core_here = core(site_, here), core_there = core(other_, here);
   auto stranger = agent(other_, "s", 120, {"--discovery", address_, "--source", recording("a", 30)});
   auto a = agent(site_, "a", 120, {"--discovery", address_, "--source", recording("a", 120), "--realtime"});
-  ASSERT_TRUE(await([&] { return keyframes(site_) >= 1; })) << log("a") << log(site_ + ".core") << log("server");
+  ASSERT_TRUE(await([&] { return keyframes(site_) >= 1 && keyframes(other_) >= 1; }))
+      << log("a") << log("s") << log(site_ + ".core") << log(other_ + ".core") << log("server");
   EXPECT_EQ(first_server->end(SIGKILL), 128 + SIGKILL);
   auto b = agent(site_, "b", 120, {"--discovery", address_, "--source", recording("b", 120), "--realtime"});
   EXPECT_EQ(a->wait(), 0) << "who has met goes on without the server: " << log("a");
