@@ -128,6 +128,8 @@ set(CPACK_COMPONENT_TOOLS_DESCRIPTION "Fleet tools of CoMap
  Inspect, judge, repair and export maps; replay data sets as several robots.")
 set(CPACK_DEBIAN_TOOLS_PACKAGE_DEPENDS "mesa-vulkan-drivers | vulkan-icd")
 set(CPACK_DEBIAN_TOOLS_PACKAGE_RECOMMENDS "comap-core, comap-edge")
+set(CPACK_DEBIAN_TOOLS_PACKAGE_CONTROL_EXTRA
+  "${debian}/tools/postinst;${debian}/tools/prerm;${debian}/tools/postrm")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libcomap-dev)
 set(CPACK_COMPONENT_DEV_DESCRIPTION "Protocol library of CoMap
  Types, messages and link, for programs that speak with robots and core.")

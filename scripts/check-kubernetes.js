@@ -106,6 +106,7 @@ const mistakesOf = {
   "discovery.yaml": [
     ["protocol: UDP, targetPort", "protokoll: UDP, targetPort"],
     ["type: LoadBalancer", "type: Balancer"],
+    ["externalTrafficPolicy: Local", "externalTraffic: Local"],
     ["strategy: {type: Recreate}", "strategy: Recreate"],
     ["exec: {command:", "exec: {commands:"],
   ],
