@@ -30,11 +30,6 @@ Outlets::Outlets(const DdsLinkOptions& options, const Topics& topics) : options_
   if (profileOf(options_) != "local") round_trips_ = std::make_unique<RoundTrips>();
 }
 
-// Large messages are repaired as often as small ones that are sent all the time show it to make sense.
-bool Outlets::isPaced(Topic topic) const {
-  return round_trips_ && (topic == Topic::kKeyframe || topic == Topic::kInterest || topic == Topic::kTile);
-}
-
 Result<dds::Publisher*> Outlets::publisherTo(const std::string& partition) {
   if (const auto it = publishers_.find(partition); it != publishers_.end()) return it->second;
   if (publishers_.size() >= kMaxRobots) dropAbsent();
@@ -81,7 +76,7 @@ bool Outlets::dropWriters(const std::string& partition, dds::Publisher& publishe
 // its time comes.
 Result<dds::DataWriter*> Outlets::writerOf(Topic topic, const std::string& robot) {
   const std::string partition = partitionWritten(options_.site, robot);
-  const bool paced = isPaced(topic);
+  const bool paced = round_trips_ && isPaced(topic);
   auto& writers = writers_[{topic, partition}];
   for (size_t i = writers.size(); i < (paced ? RepairPace::kPeriods.size() : 1); ++i) {
     const auto publisher = publisherTo(partition);

@@ -43,7 +43,6 @@ class Outlets {
  private:
   using Writers = std::vector<eprosima::fastdds::dds::DataWriter*>;
 
-  bool isPaced(Topic topic) const;
   Result<eprosima::fastdds::dds::DataWriter*> writerOf(Topic topic, const std::string& robot);
   Result<eprosima::fastdds::dds::Publisher*> publisherTo(const std::string& partition);
   void dropAbsent();

@@ -8,8 +8,12 @@
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 
 #include "protocol/keys/credentials.h"
+#include "protocol/keys/signed_text.h"
+#include "protocol/link/grants.h"
 
 namespace comap {
 namespace {
@@ -36,6 +40,25 @@ std::string safeName(std::string name) {
   return name;
 }
 
+namespace {
+
+// All of a site must ask for the same protection, or they do not find each other and nothing says why.
+Result<void> checkGovernance(const Credentials& files) {
+  const auto contentOf = [](const std::string& path) {
+    std::ostringstream text;
+    text << std::ifstream(path, std::ios::binary).rdbuf();
+    return text.str();
+  };
+  const auto text = verifySignedText(contentOf(files.governance), contentOf(files.authority), files.governance);
+  if (!text) return text.error();
+  if (text->find(governanceText()) != std::string::npos) return {};
+  return Error{ErrorCode::kBadData, "link.keys: " + files.governance +
+                                        ": asks for other protection than this program does, as keys of another "
+                                        "version: make the site's keys anew with 'fleet keys'"};
+}
+
+}  // namespace
+
 Result<void> checkKeys(const DdsLinkOptions& options) {
   if (options.keys.empty()) return {};
   const std::string where = "link.keys '" + options.keys + "'";
@@ -56,7 +79,7 @@ Result<void> checkKeys(const DdsLinkOptions& options) {
   if (owner->site != options.site)
     return Error{ErrorCode::kWrongUse,
                  where + " is of " + describe(*owner) + ", but link.site is '" + options.site + "'"};
-  return {};
+  return checkGovernance(credentialsIn(options.keys));
 }
 
 void secure(const DdsLinkOptions& options, eprosima::fastdds::dds::DomainParticipantQos& qos) {

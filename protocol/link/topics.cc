@@ -63,6 +63,8 @@ bool reads(LinkRole role, Topic topic) {
 
 bool isForNamedObservers(Topic topic) { return topic == Topic::kInterest || topic == Topic::kTile; }
 
+bool isPaced(Topic topic) { return topic == Topic::kKeyframe || topic == Topic::kInterest || topic == Topic::kTile; }
+
 bool isToRobots(Topic topic) { return reads(LinkRole::kRobot, topic); }
 
 std::string partitionWritten(const std::string& site, const std::string& robot) {

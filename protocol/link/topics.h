@@ -20,6 +20,8 @@ bool writes(LinkRole role, Topic topic);
 bool reads(LinkRole role, Topic topic);
 /// Of an observer's topics those that it has only if it has a name: it may ask for tiles, and gets its own.
 bool isForNamedObservers(Topic topic);
+/// Large, and for one reader alone: repaired at a pace that follows the link's, by one of several writers.
+bool isPaced(Topic topic);
 /// Written by the core for one robot each, or for a named observer.
 bool isToRobots(Topic topic);
 

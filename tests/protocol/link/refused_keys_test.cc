@@ -87,6 +87,18 @@ TEST_F(RefusedKeys, GovernanceWasEdited) {
                 ErrorCode::kBadData, HasSubstr("governance.p7s: is not as the authority signed it"));
 }
 
+TEST_F(RefusedKeys, GovernanceOfAnotherVersion) {
+  expectRefusal(
+      [this](const std::string& folder) {
+        const std::string authority = keys_.path() + "/authority/";
+        const auto other = signText("<dds><domain_access_rules/></dds>", contentOf(authority + "authority.pem"),
+                                    contentOf(authority + "key.pem"));
+        ASSERT_TRUE(other) << other.error().text;
+        overwrite(folder + "/governance.p7s", *other);
+      },
+      ErrorCode::kBadData, AllOf(HasSubstr("governance.p7s: asks for other protection"), HasSubstr("'fleet keys'")));
+}
+
 // The robot's certificate comes from the authority too: it must not be able to sign its own permissions.
 TEST_F(RefusedKeys, PermissionsThatTheRobotSignedItself) {
   expectRefusal(
