@@ -7,10 +7,11 @@ namespace {
 
 // RTPS 2.3: 8.3.3 and 9.4 (messages), 9.6.2.2 (parameters).
 constexpr size_t kHeaderBytes = 20, kSubmessageHeaderBytes = 4, kDataHeadBytes = 20, kGuidBytes = 16;
-constexpr uint8_t kPad = 0x01, kTime = 0x09, kDestination = 0x0e, kData = 0x15, kLittleEndian = 1, kInlineQos = 2;
+constexpr uint8_t kPad = 0x01, kTime = 0x09, kDestination = 0x0e, kData = 0x15, kLittleEndian = 1, kInlineQos = 2,
+                  kWithData = 4;
 constexpr uint8_t kFastDdsStatistics = 0x80;  // how many packets were sent so far; behind all else
 constexpr std::array<uint8_t, 4> kAnnouncer{0x00, 0x01, 0x00, 0xc2};  // what of a participant announces it
-constexpr uint16_t kSentinel = 1, kMetatrafficUnicastLocator = 0x32, kParticipantGuid = 0x50;
+constexpr uint16_t kSentinel = 1, kMetatrafficUnicastLocator = 0x32, kParticipantGuid = 0x50, kStatusInfo = 0x71;
 constexpr uint8_t kUdp4 = 1;
 
 // Reads past the end are zero: nothing that matters is.
@@ -48,6 +49,31 @@ void forEach(uint16_t wanted, Part parameters, Takes takes) {
   }
 }
 
+// Behind the inline QoS that `part` begins with; nothing if it does not end, or says that the participant is gone.
+std::optional<Part> behindInlineQos(Part part, bool little) {
+  const Bytes bytes(part, little);
+  for (size_t at = 0; at + 4 <= part.size();) {
+    const uint16_t parameter = bytes.number16(at), size = bytes.number16(at + 2);
+    at += 4;
+    if (parameter == kSentinel) return part.subspan(at);
+    if (size > part.size() - at || (parameter == kStatusInfo && (bytes.octet(at + 3) & 3) != 0)) return std::nullopt;
+    at += size;
+  }
+  return std::nullopt;
+}
+
+// What the DATA submessage of an announcement says.
+std::optional<Part> contentOf(Part data, uint8_t flags) {
+  const bool little = (flags & kLittleEndian) != 0;
+  if (data.size() <= kDataHeadBytes || (flags & kWithData) == 0 ||
+      !std::equal(kAnnouncer.begin(), kAnnouncer.end(), data.begin() + 8))
+    return std::nullopt;
+  const size_t content = 4u + Bytes(data, little).number16(2);
+  if (content > data.size()) return std::nullopt;
+  const Part rest = data.subspan(content);
+  return (flags & kInlineQos) != 0 ? behindInlineQos(rest, little) : rest;
+}
+
 // The one list of parameters of a message that holds nothing but a participant's announcement; nothing for others, as
 // for one that takes leave.
 std::optional<Part> parametersOf(Part message) {
@@ -60,11 +86,9 @@ std::optional<Part> parametersOf(Part message) {
     if (size == 0 && kind == kData) size = message.size() - at;  // the last one may say so
     if (size > message.size() - at) return std::nullopt;
     if (kind == kData) {
-      const bool announces = size > kDataHeadBytes && (flags & kInlineQos) == 0 && !found &&
-                             std::equal(kAnnouncer.begin(), kAnnouncer.end(), message.begin() + ptrdiff_t(at) + 8);
-      const size_t content = 4u + bytes.number16(at + 2);
-      if (!announces || content > size) return std::nullopt;
-      found = message.subspan(at + content, size - content);
+      const auto content = contentOf(message.subspan(at, size), flags);
+      if (found || !content) return std::nullopt;
+      found = content;
     } else if (kind != kPad && kind != kTime && kind != kDestination && kind != kFastDdsStatistics) {
       return std::nullopt;
     }

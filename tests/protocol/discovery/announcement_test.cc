@@ -44,8 +44,8 @@ TEST(Announcement, IsOfItsSenderAndNothingElse) {
   constexpr size_t kDataAt = 20 + 12;
   auto message = whole();
   ASSERT_EQ(message[kDataAt], 0x15);
-  message[kDataAt + 1] |= 2;
-  EXPECT_FALSE(isAnnouncement(message)) << "with inline QoS, as of one that takes leave";
+  message[kDataAt + 1] = 1 | 8;
+  EXPECT_FALSE(isAnnouncement(message)) << "a key alone";
   message = whole();
   const std::vector<uint8_t> data(message.begin() + kDataAt, message.end());
   message.insert(message.end(), data.begin(), data.end());
@@ -65,6 +65,23 @@ TEST(Announcement, IsOfItsSenderAndNothingElse) {
   message = whole();
   message.resize(kDataAt);
   EXPECT_FALSE(isAnnouncement(message)) << "no data";
+}
+
+// As of a process's second participant: Fast DDS then says its key and its state once more.
+TEST(Announcement, MayHaveInlineQosUnlessThatSaysGoodBye) {
+  constexpr size_t kDataAt = 20 + 12, kContentAt = kDataAt + 4 + 20;
+  const auto withStatus = [](uint8_t status, uint8_t end) {
+    auto message = whole();
+    message[kDataAt + 1] |= 2;
+    const std::vector<uint8_t> qos{0x70, 0, 4, 0, 1, 2, 3, 4, 0x71, 0, 4, 0, 0, 0, 0, status, end, 0, 0, 0};
+    message.insert(message.begin() + kContentAt, qos.begin(), qos.end());
+    message[kDataAt + 2] = static_cast<uint8_t>(message[kDataAt + 2] + qos.size());
+    return message;
+  };
+  EXPECT_TRUE(isAnnouncement(withStatus(0, 1)));
+  EXPECT_EQ(announcedPort(withStatus(0, 1)), 17910);
+  for (const int gone : {1, 2, 3}) EXPECT_FALSE(isAnnouncement(withStatus(static_cast<uint8_t>(gone), 1))) << gone;
+  EXPECT_FALSE(isAnnouncement(withStatus(0, 0x70))) << "it does not end";
 }
 
 TEST(Announcement, CutOrChangedNeverGivesAPortThatIsNotThere) {
