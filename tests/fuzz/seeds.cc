@@ -143,9 +143,9 @@ void addDiscovery(const Seeds& seeds) {
     if (kind == NoteKind::kAnnounce) seeds.add("discovery", "announcement", Bytes(note.announcement));
   };
   for (int round = 0; round < 4; ++round)
-    for (const uint8_t who : {1, 2, 3}) say(who, NoteKind::kAnnounce);
+    for (const uint8_t who : std::initializer_list<uint8_t>{1, 2, 3}) say(who, NoteKind::kAnnounce);
   say(4, NoteKind::kAsk);
-  for (const uint8_t who : {2, 2, 1}) say(who, NoteKind::kLeave);
+  for (const uint8_t who : std::initializer_list<uint8_t>{2, 2, 1}) say(who, NoteKind::kLeave);
   say(2, NoteKind::kAnnounce);
   seeds.add("discovery", "site", Bytes(all));
 }
