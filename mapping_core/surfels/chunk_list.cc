@@ -13,6 +13,30 @@ namespace {
 // Gaps are closed when they are more than one in this many: closing costs a copy of the chunk.
 constexpr uint32_t kGapShare = 8;
 
+Result<void> checkInput(const FusionInput& input) {
+  const auto& [camera, colour, depth, depth_hits, T_map_cam, owner, contributor] = input;
+  if (auto done = checkCamera(camera, T_map_cam); !done) return done;
+  const auto fits = [width = camera.width, height = camera.height](const auto& image) {
+    return image.width() == width && image.height() == height;
+  };
+  if (!fits(colour) || !fits(depth)) {
+    return Error{ErrorCode::kWrongUse, "keyframe has colour of " + std::to_string(colour.width()) + " x " +
+                                           std::to_string(colour.height()) + " and depth of " +
+                                           std::to_string(depth.width()) + " x " + std::to_string(depth.height()) +
+                                           " pixels, expected the camera's " + std::to_string(camera.width) + " x " +
+                                           std::to_string(camera.height)};
+  }
+  const auto blocks = [](int pixels) { return (pixels + kHitBlock - 1) / kHitBlock; };
+  if (!depth_hits.empty() &&
+      (depth_hits.width() != blocks(camera.width) || depth_hits.height() != blocks(camera.height))) {
+    return Error{ErrorCode::kWrongUse, "keyframe has depth hits of " + std::to_string(depth_hits.width()) + " x " +
+                                           std::to_string(depth_hits.height()) + " blocks, expected " +
+                                           std::to_string(blocks(camera.width)) + " x " +
+                                           std::to_string(blocks(camera.height))};
+  }
+  return {};
+}
+
 }  // namespace
 
 std::vector<ChunkRows> rowsOf(const std::vector<SurfelChunk*>& chunks) {
@@ -92,59 +116,67 @@ Result<void> ChunkList::tidy() {
 }
 
 Result<FusionReport> ChunkList::fuse(const FusionInput& input, const SeenStep* times) {
-  const auto& [camera, colour, depth, depth_hits, T_map_cam, owner, contributor] = input;
-  if (auto done = checkCamera(camera, T_map_cam); !done) return done.error();
-  const auto fits = [&](const auto& image) { return image.width() == camera.width && image.height() == camera.height; };
-  if (!fits(colour) || !fits(depth)) {
-    return Error{ErrorCode::kWrongUse, "keyframe has colour of " + std::to_string(colour.width()) + " x " +
-                                           std::to_string(colour.height()) + " and depth of " +
-                                           std::to_string(depth.width()) + " x " + std::to_string(depth.height()) +
-                                           " pixels, expected the camera's " + std::to_string(camera.width) + " x " +
-                                           std::to_string(camera.height)};
-  }
-  const auto blocks = [](int pixels) { return (pixels + kHitBlock - 1) / kHitBlock; };
-  if (!depth_hits.empty() &&
-      (depth_hits.width() != blocks(camera.width) || depth_hits.height() != blocks(camera.height))) {
-    return Error{ErrorCode::kWrongUse, "keyframe has depth hits of " + std::to_string(depth_hits.width()) + " x " +
-                                           std::to_string(depth_hits.height()) + " blocks, expected " +
-                                           std::to_string(blocks(camera.width)) + " x " +
-                                           std::to_string(blocks(camera.height))};
-  }
+  if (auto checked = checkInput(input); !checked) return checked.error();
+  const CameraModel& camera = input.camera;
   pool->beginStep();
-  const FramePush frame = framePush(camera, T_map_cam, parameters);
+  const FramePush frame = framePush(camera, input.T_map_cam, parameters);
   const auto seen = chunksInView(frame, parameters.depth_max_m + 1, 1);
   if (!seen) return seen.error();
-  if (auto done = pool->maps.reserve(pool->context, depth.size()); !done) return done.error();
-  if (auto done = pool->maps.upload(colour, depth, depth_hits, parameters); !done) return done.error();
+  if (auto done = pool->maps.reserve(pool->context, input.depth.size()); !done) return done.error();
+  if (auto done = pool->maps.upload(input.colour, input.depth, input.depth_hits, parameters); !done)
+    return done.error();
 
   const auto seen_rows = rowsOf(*seen);
-  const FusionStep step{frame, seen_rows, owner, contributor, times};
-  auto counts = fuseKeyframe(pool->context, pool->kernels, pool->maps, pool->scratch, parameters, step);
+  const FusionStep step{frame, seen_rows, input.owner, input.contributor, times};
+  const auto inserted = associateKeyframe(pool->context, pool->kernels, pool->maps, pool->scratch, parameters, step);
+  if (!inserted) return inserted.error();
+  // Before anything is changed: a keyframe is in the map whole, or not at all.
+  auto targets = roomFor(*inserted, *seen);
+  if (!targets) return targets.error();
+  const auto counts = fuseKeyframe(pool->context, pool->kernels, pool->maps, pool->scratch, parameters, step);
   if (!counts) return counts.error();
-  FusionReport report{counts->updated, counts->inserted, 0, 0};
+  FusionReport report{counts->updated, *inserted, 0, 0};
   for (size_t i = 0; i < seen->size(); ++i) {
     (*seen)[i]->gaps += counts->removed[i];
     report.removed += counts->removed[i];
   }
-  if (counts->inserted > 0) {
-    if (auto done = insert(step, counts->inserted); !done) return done.error();
+  if (*inserted > 0) {
+    if (auto done = insert(step, *inserted, *targets); !done) return done.error();
   }
   if (auto done = tidy(); !done) return done.error();
   report.total = static_cast<uint32_t>(size());
   return report;
 }
 
-// In a step of its own: what is in view may leave to make room for what is new.
-Result<void> ChunkList::insert(const FusionStep& step, uint32_t count) {
+// Each step has all the memory: what is in view may leave to make room for what is new, and comes back. What has fitted
+// once fits again.
+Result<std::vector<SurfelChunk*>> ChunkList::roomFor(uint32_t count, const std::vector<SurfelChunk*>& seen) {
+  std::vector<SurfelChunk*> targets;
+  if (count > 0) {
+    pool->beginStep();
+    auto room = makeRoom(count);
+    if (!room) return room;
+    targets = std::move(*room);
+  }
+  if (auto back = needAll(seen); !back) return back.error();
+  return targets;
+}
+
+Result<void> ChunkList::needAll(const std::vector<SurfelChunk*>& wanted) {
   pool->beginStep();
-  const auto targets = makeRoom(count);
-  if (!targets) return targets.error();
-  if (auto done = insertNew(pool->context, pool->kernels, pool->maps, pool->scratch, step, rowsOf(*targets)); !done) {
+  for (SurfelChunk* chunk : wanted)
+    if (auto done = pool->need(*chunk); !done) return done;
+  return {};
+}
+
+Result<void> ChunkList::insert(const FusionStep& step, uint32_t count, const std::vector<SurfelChunk*>& targets) {
+  if (auto here = needAll(targets); !here) return here;
+  if (auto done = insertNew(pool->context, pool->kernels, pool->maps, pool->scratch, step, rowsOf(targets)); !done) {
     return done;
   }
   const Eigen::AlignedBox3f view = viewBounds(step.frame, parameters.depth_max_m);
   uint32_t left = count;
-  for (SurfelChunk* target : *targets) {
+  for (SurfelChunk* target : targets) {
     const uint32_t taken = std::min(left, static_cast<uint32_t>(target->capacity) - target->rows);
     if (taken > 0) {
       target->bounds.extend(view);

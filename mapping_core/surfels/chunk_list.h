@@ -32,13 +32,16 @@ struct ChunkList {
   /// The chunks at the end that hold room for `count` more surfels; they stay for this step. A single chunk grows, up
   /// to the size of all others, so that small maps are small.
   Result<std::vector<SurfelChunk*>> makeRoom(size_t count);
-  /// `times`: of a timed map, see FusionStep.
+  /// If memory does not suffice, nothing of the keyframe is in the map. `times`: of a timed map, see FusionStep.
   Result<FusionReport> fuse(const FusionInput& input, const SeenStep* times);
   Result<PredictedView> predict(const CameraModel& camera, const Pose& T_map_cam, const PredictionOptions& options,
                                 const SeenStep* times);
 
  private:
-  Result<void> insert(const FusionStep& step, uint32_t count);
+  /// Chunks with room for `count` more surfels, by turns with those in view, which are here in the end.
+  Result<std::vector<SurfelChunk*>> roomFor(uint32_t count, const std::vector<SurfelChunk*>& seen);
+  Result<void> needAll(const std::vector<SurfelChunk*>& wanted);
+  Result<void> insert(const FusionStep& step, uint32_t count, const std::vector<SurfelChunk*>& targets);
   size_t firstCapacity() const;
   void dropEmpty();
   Result<void> tidy();

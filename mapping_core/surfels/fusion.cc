@@ -32,6 +32,14 @@ namespace {
 // Pixels that may start a surfel.
 uint32_t candidatesOf(const FramePush& frame) { return ((frame.width + 1) / 2) * ((frame.height + 1) / 2); }
 
+void forEachChunk(const FusionStep& step, const FusionScratch& scratch, const auto& record) {
+  uint32_t base = 0;
+  for (uint32_t chunk = 0; chunk < step.seen.size(); ++chunk) {
+    record(*step.seen[chunk].streams, scratch.visible[chunk], base, chunk);
+    base += step.seen[chunk].count;
+  }
+}
+
 // What a timed map does besides: the camera's time for what it updated, and an end to what nobody confirms.
 void recordStamps(gpu::Recorder& recorder, const KeyframeMaps& maps, const FusionScratch& scratch,
                   const FusionParameters& parameters, const FusionStep& step) {
@@ -53,8 +61,8 @@ void recordStamps(gpu::Recorder& recorder, const KeyframeMaps& maps, const Fusio
 
 }  // namespace
 
-Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& kernels, KeyframeMaps& maps,
-                                  FusionScratch& scratch, const FusionParameters& parameters, const FusionStep& step) {
+Result<uint32_t> associateKeyframe(gpu::Context& context, const SurfelKernels& kernels, KeyframeMaps& maps,
+                                   FusionScratch& scratch, const FusionParameters& parameters, const FusionStep& step) {
   const FramePush& frame = step.frame;
   const size_t pixels = size_t{frame.width} * frame.height;
   const uint32_t candidates = candidatesOf(frame);
@@ -69,50 +77,57 @@ Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& ke
   if (auto done = scratch.reserve(context, step.seen, candidates); !done) return done.error();
   const auto chunks = static_cast<uint32_t>(step.seen.size());
   auto recorder =
-      gpu::Recorder::begin(context, static_cast<uint32_t>(8 + (5 + VisibleList::kDispatches) * step.seen.size()));
+      gpu::Recorder::begin(context, static_cast<uint32_t>(8 + (1 + VisibleList::kDispatches) * step.seen.size()));
   if (!recorder) return recorder.error();
 
   maps.recordMeasure(*recorder, kernels, frame);
   recorder->fill(maps.winners, 0xffffffffu, pixels * 4);
   recorder->fill(maps.covered, 0, pixels * 4);
   recorder->fill(scratch.counters, 0, (2 * chunks + 1) * sizeof(uint32_t));
-  const auto forEachChunk = [&](const auto& record) {
-    uint32_t base = 0;
-    for (uint32_t chunk = 0; chunk < chunks; ++chunk) {
-      record(*step.seen[chunk].streams, scratch.visible[chunk], base, chunk);
-      base += step.seen[chunk].count;
-    }
-  };
-  forEachChunk([&](const SurfelStreams& streams, const VisibleList& visible, uint32_t, uint32_t chunk) {
+  forEachChunk(step, scratch, [&](const SurfelStreams& streams, const VisibleList& visible, uint32_t, uint32_t chunk) {
     visible.record(*recorder, kernels, streams, {{frame}, step.seen[chunk].count, 0, parameters.depth_max_m + 1, 1},
                    step.times);
   });
-  forEachChunk([&](const SurfelStreams& streams, const VisibleList& visible, uint32_t base, uint32_t) {
+  forEachChunk(step, scratch, [&](const SurfelStreams& streams, const VisibleList& visible, uint32_t base, uint32_t) {
     recorder->dispatchIndirect(
         *kernels.associate,
         {&streams.places, &streams.shapes, &maps.measurements, &maps.raw, &visible.list, &maps.winners, &maps.covered},
         AssociatePush{{frame}, parameters.depth_min_m, parameters.depth_max_m, parameters.stable_confidence, base},
         visible.list);
   });
-  forEachChunk([&](const SurfelStreams& streams, const VisibleList& visible, uint32_t base, uint32_t) {
-    recorder->dispatchIndirect(*kernels.fuse,
-                               {&streams.places, &streams.shapes, &streams.looks, &streams.records, &maps.measurements,
-                                &maps.colours, &visible.list, &maps.winners},
-                               FusePush{{frame}, parameters.averaging_limit, step.contributor, base}, visible.list);
-  });
-  forEachChunk([&](const SurfelStreams& streams, const VisibleList& visible, uint32_t base, uint32_t chunk) {
-    recorder->dispatchIndirect(
-        *kernels.clean_up,
-        {&streams.places, &streams.shapes, &streams.looks, &streams.records, &visible.list, &maps.winners,
-         &scratch.counters},
-        CleanUpPush{{frame}, parameters.stable_confidence, parameters.unstable_timeout, base, chunk}, visible.list);
-  });
-  if (step.times) recordStamps(*recorder, maps, scratch, parameters, step);
   recorder->dispatch(*kernels.count_new, {&maps.measurements, &maps.covered, &scratch.blocks},
                      CountNewPush{{frame}, candidates}, blocks);
   recorder->dispatch(*kernels.scan_blocks, {&scratch.blocks, &scratch.counters}, ScanBlocksPush{blocks, 2 * chunks}, 1);
   if (auto done = recorder->submit(); !done) return done.error();
   noteBoxes(step.seen);
+  const auto read = scratch.counters.read<uint32_t>(2 * chunks + 1);
+  if (!read) return read.error();
+  return read->back();
+}
+
+Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& kernels, const KeyframeMaps& maps,
+                                  const FusionScratch& scratch, const FusionParameters& parameters,
+                                  const FusionStep& step) {
+  const FramePush& frame = step.frame;
+  const auto chunks = static_cast<uint32_t>(step.seen.size());
+  auto recorder = gpu::Recorder::begin(context, 1 + 4 * chunks);
+  if (!recorder) return recorder.error();
+  forEachChunk(step, scratch, [&](const SurfelStreams& streams, const VisibleList& visible, uint32_t base, uint32_t) {
+    recorder->dispatchIndirect(*kernels.fuse,
+                               {&streams.places, &streams.shapes, &streams.looks, &streams.records, &maps.measurements,
+                                &maps.colours, &visible.list, &maps.winners},
+                               FusePush{{frame}, parameters.averaging_limit, step.contributor, base}, visible.list);
+  });
+  forEachChunk(
+      step, scratch, [&](const SurfelStreams& streams, const VisibleList& visible, uint32_t base, uint32_t chunk) {
+        recorder->dispatchIndirect(
+            *kernels.clean_up,
+            {&streams.places, &streams.shapes, &streams.looks, &streams.records, &visible.list, &maps.winners,
+             &scratch.counters},
+            CleanUpPush{{frame}, parameters.stable_confidence, parameters.unstable_timeout, base, chunk}, visible.list);
+      });
+  if (step.times) recordStamps(*recorder, maps, scratch, parameters, step);
+  if (auto done = recorder->submit(); !done) return done.error();
   noteFusion(step.seen);
 
   const auto read = scratch.counters.read<uint32_t>(2 * chunks + 1);
@@ -122,7 +137,6 @@ Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& ke
     counts.updated += (*read)[2 * chunk];
     counts.removed.push_back((*read)[2 * chunk + 1]);
   }
-  counts.inserted = read->back();
   return counts;
 }
 

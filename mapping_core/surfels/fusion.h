@@ -22,7 +22,7 @@ struct FusionScratch {
 };
 
 struct FusionCounts {
-  uint32_t updated = 0, inserted = 0;
+  uint32_t updated = 0;
   std::vector<uint32_t> removed;  ///< per chunk
 };
 
@@ -34,12 +34,17 @@ struct FusionStep {
   const SeenStep* times = nullptr;  ///< of a timed map: whose surfels take part, and who sees them now
 };
 
-/// Updates and removes what is there, and counts what is to be inserted. `maps` holds the uploaded images.
-/// kOutOfMemory if more than kMostSurfels rows are in `seen`.
-Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& kernels, KeyframeMaps& maps,
-                                  FusionScratch& scratch, const FusionParameters& parameters, const FusionStep& step);
+/// Finds which surfels the keyframe sees, and counts what it will insert; changes no surfel. `maps` holds the uploaded
+/// images. kOutOfMemory if more than kMostSurfels rows are in `seen`.
+Result<uint32_t> associateKeyframe(gpu::Context& context, const SurfelKernels& kernels, KeyframeMaps& maps,
+                                   FusionScratch& scratch, const FusionParameters& parameters, const FusionStep& step);
 
-/// Inserts what fuseKeyframe() has just counted, with the same maps, scratch and step. `targets`: where new surfels go,
+/// Updates and removes what associateKeyframe() has just found, with the same maps, scratch and step.
+Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& kernels, const KeyframeMaps& maps,
+                                  const FusionScratch& scratch, const FusionParameters& parameters,
+                                  const FusionStep& step);
+
+/// Inserts what associateKeyframe() has counted, with the same maps, scratch and step. `targets`: where new surfels go,
 /// in order, behind the rows in use; together with room for all.
 Result<void> insertNew(gpu::Context& context, const SurfelKernels& kernels, const KeyframeMaps& maps,
                        const FusionScratch& scratch, const FusionStep& step, std::span<const ChunkRows> targets);

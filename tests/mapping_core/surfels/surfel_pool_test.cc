@@ -92,6 +92,45 @@ TEST(SurfelPool, WhatDoesNotFitAtOnceIsRefusedAndNothingIsLost) {
   EXPECT_EQ(all->size(), surfels.size());
 }
 
+TEST(SurfelPool, AKeyframeWhoseNewSurfelsDoNotFitChangesNothing) {
+  COMAP_DEVICE_OR_SKIP(device);
+  // Room for one chunk of 4096 surfels.
+  const auto pool = SurfelPool::create(device, (size_t{1} << 12) * 56 + 4096);
+  ASSERT_TRUE(pool);
+  FusionParameters parameters;
+  parameters.initial_capacity = 1 << 12;
+  SurfelMap map(*pool, parameters);
+  const auto wall = [](int width, uint16_t value) {  // seen on the left side alone, or everywhere
+    DepthImage depth(160, 120, 0);
+    for (int y = 0; y < 120; ++y)
+      for (int x = 0; x < width; ++x) depth.at(x, y) = value;
+    return depth;
+  };
+  const auto fuse = [&](const DepthImage& depth, uint32_t owner) {
+    return map.fuse(kCamera, ColourImage(160, 120), depth, Pose(), owner, 1);
+  };
+  ASSERT_TRUE(fuse(wall(100, 10000), 0));
+  const auto before = map.download();
+  // The same wall, which confirms every surfel, and, four times as near, another that needs more room than there is.
+  DepthImage depth = wall(60, 10000);
+  for (int y = 0; y < 120; ++y)
+    for (int x = 64; x < 160; ++x) depth.at(x, y) = 2500;
+  const auto refused = fuse(depth, 1);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kOutOfMemory);
+  const auto after = map.download();
+  ASSERT_TRUE(before && after);
+  ASSERT_EQ(after->size(), before->size());
+  for (size_t i = 0; i < before->size(); ++i) {
+    ASSERT_EQ((*after)[i].confidence, (*before)[i].confidence) << i;
+    ASSERT_EQ((*after)[i].observations, (*before)[i].observations) << i;
+  }
+  // And it takes the next one that fits.
+  const auto taken = fuse(wall(60, 10000), 2);
+  ASSERT_TRUE(taken) << taken.error().text;
+  EXPECT_GT(taken->updated, 500u);
+}
+
 TEST(SurfelPool, MapsShareWhatOthersGiveBack) {
   COMAP_DEVICE_OR_SKIP(device);
   const auto pool = SurfelPool::create(device, 0);
