@@ -3,6 +3,8 @@
 #include <cinttypes>
 #include <cstdio>
 
+#include "protocol/types/counted.h"
+
 namespace comap {
 namespace {
 
@@ -41,6 +43,9 @@ const RobotRecord* RobotRegistry::alive(const std::string& robot, uint64_t sessi
   if (now - present.since < kLate || ++present.signs_of_another < kSigns) return nullptr;
   present.refusal = "another robot named '" + robot + "' is alive, its session " + std::to_string(session) +
                     ": give each robot a name of its own";
+  if (const uint32_t taken = present.acks.state().next_expected; taken > 0)
+    present.refusal += "; what it has delivered (" + counted(taken, "keyframe") +
+                       ") stays in the map, as of another start of robot '" + robot + "'";
   const std::pair second(robot, present.session);
   RobotRecord first = std::move(earlier->second);
   remembered_.erase(earlier);
@@ -83,6 +88,7 @@ RobotRecord* RobotRegistry::served(const std::string& robot, uint64_t session) {
 RobotRecord* RobotRegistry::delivering(const std::string& robot, uint64_t session) {
   const auto it = robots_.find(robot);
   if (it == robots_.end() || !it->second.refusal.empty() || session > it->second.session) return nullptr;
+  if (second_of_name_.contains({robot, session})) return nullptr;  // its clock may be behind the first one's
   if (session == it->second.session) return &it->second;
   return &remembered_.try_emplace({robot, session}, robot, session).first->second;
 }

@@ -45,7 +45,8 @@ class RobotRegistry {
   /// if the robot never said hello or is refused, or the session is a later one.
   RobotRecord* delivering(const std::string& robot, uint64_t session);
   /// A sign of life of a robot. If an earlier session of its name lives on beside a newer one there are two robots of
-  /// one name: the first keeps it, and the record of the second comes back with its refusal. Null else.
+  /// one name: the first keeps it, and the record of the second comes back with its refusal. Null else. What the second
+  /// has delivered was acknowledged and is nowhere else: it stays, as what another start of the robot has seen.
   const RobotRecord* alive(const std::string& robot, uint64_t session, std::chrono::steady_clock::time_point now);
   /// The record for a message of this robot and session; null if it never said hello, is refused, or the session is
   /// old.

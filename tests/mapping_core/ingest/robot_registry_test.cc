@@ -76,6 +76,29 @@ TEST(RobotRegistry, OfTwoLiveRobotsOfOneNameTheFirstKeepsItAndTheSecondIsToldWhy
   EXPECT_TRUE(registry.admit({"a", 3, kBook, "x"}).refusal.empty()) << "a new start may be its successor";
 }
 
+// Its session's number says nothing: the second robot's clock may be behind.
+TEST(RobotRegistry, WhatTheSecondHasDeliveredStaysAndNothingMoreIsTaken) {
+  for (const uint64_t second : {2, 9}) {
+    RobotRegistry registry(kBook);
+    const Clock::time_point start = Clock::time_point() + seconds(1000);
+    registry.admit({"a", 5, kBook, "x"});
+    registry.alive("a", 5, start);
+    registry.admit({"a", second, kBook, "x"});
+    for (uint32_t sequence : {0, 1, 2}) registry.delivering("a", second)->acks.record(sequence);
+    const RobotRecord* refused = nullptr;
+    for (int s = 1; s <= 6 && refused == nullptr; ++s) {
+      EXPECT_EQ(registry.alive("a", second, start + seconds(s)), nullptr);
+      refused = registry.alive("a", 5, start + seconds(s));
+    }
+    ASSERT_NE(refused, nullptr);
+    EXPECT_NE(acknowledgementOf(*refused).refusal.find("what it has delivered (3 keyframes) stays in the map"),
+              std::string::npos)
+        << acknowledgementOf(*refused).refusal;
+    EXPECT_EQ(registry.delivering("a", second), nullptr) << second;
+    EXPECT_NE(registry.delivering("a", 5), nullptr);
+  }
+}
+
 TEST(RobotRegistry, ALateWordOfAnEarlierLifeIsNoSecondRobot) {
   RobotRegistry registry(kBook);
   const Clock::time_point start = Clock::time_point() + seconds(1000);
