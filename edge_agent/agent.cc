@@ -1,5 +1,7 @@
 #include "edge_agent/agent.h"
 
+#include <nlohmann/json.hpp>
+
 #include "edge_agent/keyframes/depth_rounding.h"
 #include "mapping_core/ferns/fern_encoder.h"
 #include "protocol/codec/codec.h"
@@ -8,6 +10,8 @@
 
 namespace comap {
 namespace {
+
+using Json = nlohmann::json;
 
 constexpr double kInterestShare = 0.1;  // of the uplink, for telling which tiles are held
 constexpr int kDamagedInARow = 10, kBackwardsInARow = 5;
@@ -20,12 +24,11 @@ SenderOptions senderOptions(const AgentConfig& config) {
   return options;
 }
 
-// Only for a trace. Names of maps hold nothing that JSON would have to escape.
+// Only for a trace.
 void noteHeld(const TileKey& key, uint64_t revision) {
   if (!StageClock::process().traces()) return;
-  StageClock::process().note("tile held", "{\"map\":\"" + key.map + "\",\"tile\":[" + std::to_string(key.x) + "," +
-                                              std::to_string(key.y) + "," + std::to_string(key.z) +
-                                              "],\"revision\":" + std::to_string(revision) + "}");
+  StageClock::process().note("tile held",
+                             Json{{"map", key.map}, {"tile", {key.x, key.y, key.z}}, {"revision", revision}}.dump());
 }
 
 }  // namespace
@@ -217,7 +220,7 @@ Result<void> Agent::closeKeyframe() {
   const Keyframe keyframe = std::move(*open_);
   open_.reset();
   if (StageClock::process().traces())
-    StageClock::process().note("keyframe", "{\"keyframe\":\"" + toString(keyframe.id) + "\"}");
+    StageClock::process().note("keyframe", Json{{"keyframe", toString(keyframe.id)}}.dump());
   return sender_.add(keyframe);
 }
 

@@ -21,8 +21,15 @@ Error problem(const std::string& path, const std::string& what) {
 
 int newSocket() { return ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0); }
 
-// Makes way: a socket that nobody listens at has been left by an agent that was killed.
-Result<void> clear(const std::string& path, const sockaddr_un& address) {
+sockaddr_un addressOf(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::copy(path.begin(), path.end(), address.sun_path);
+  return address;
+}
+
+// A socket that nobody listens at has been left by an agent that was killed: it may go.
+Result<void> checkFree(const std::string& path) {
   struct stat there {};
   if (::lstat(path.c_str(), &there) != 0) {
     if (errno == ENOENT) return {};
@@ -31,46 +38,42 @@ Result<void> clear(const std::string& path, const sockaddr_un& address) {
   if (!S_ISSOCK(there.st_mode)) return problem(path, "is there already and no socket");
   const int fd = newSocket();
   if (fd < 0) return problem(path, std::strerror(errno));
+  const sockaddr_un address = addressOf(path);
   const bool answered = ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 ||
                         errno == EAGAIN;  // its queue is full
   const int why = errno;
   ::close(fd);
   if (answered) return problem(path, "another agent listens there");
-  if (why != ECONNREFUSED) return problem(path, std::strerror(why));
-  if (::unlink(path.c_str()) != 0 && errno != ENOENT) return problem(path, std::strerror(errno));
-  return {};
+  return why == ECONNREFUSED ? Result<void>() : problem(path, std::strerror(why));
 }
 
 }  // namespace
 
+// Under another name until it listens: one that does not yet would be taken for one that was left behind.
 Result<ApiSocket> ApiSocket::listen(const ApiOptions& options) {
   const std::string& path = options.socket;
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  if (path.empty() || path.size() >= sizeof address.sun_path)
+  const std::string early = path + "~";
+  if (path.empty() || early.size() >= sizeof(sockaddr_un::sun_path))
     return Error{ErrorCode::kWrongUse, "api.socket has " + std::to_string(path.size()) + " bytes; 1 to " +
-                                           std::to_string(sizeof address.sun_path - 1) + " are expected"};
-  std::copy(path.begin(), path.end(), address.sun_path);
-  if (auto cleared = clear(path, address); !cleared) return cleared.error();
+                                           std::to_string(sizeof(sockaddr_un::sun_path) - 2) + " are expected"};
+  for (const std::string& name : {path, early})
+    if (auto checked = checkFree(name); !checked) return checked.error();
+  ::unlink(early.c_str());
   const int fd = newSocket();
   if (fd < 0) return problem(path, std::strerror(errno));
-  const auto failed = [&] {
-    const int why = errno;
-    ::close(fd);
-    return problem(path, std::strerror(why));
-  };
   // From its first moment nobody else may open it; the umask only takes away.
   const mode_t mode = options.group ? 0660 : 0600;
-  if (::fchmod(fd, mode) != 0) return failed();
-  if (::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) return failed();
+  const sockaddr_un address = addressOf(early);
   struct stat made {};
-  if (::chmod(path.c_str(), mode) != 0 || ::lstat(path.c_str(), &made) != 0 || ::listen(fd, kKnocking) != 0) {
-    const int why = errno;
-    ::unlink(path.c_str());
-    errno = why;
-    return failed();
-  }
-  return ApiSocket(fd, path, made.st_dev, made.st_ino);
+  const bool bound =
+      ::fchmod(fd, mode) == 0 && ::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  if (bound && ::chmod(early.c_str(), mode) == 0 && ::listen(fd, kKnocking) == 0 &&
+      ::lstat(early.c_str(), &made) == 0 && ::rename(early.c_str(), path.c_str()) == 0)
+    return ApiSocket(fd, path, made.st_dev, made.st_ino);
+  const int why = errno;
+  ::close(fd);
+  if (bound) ::unlink(early.c_str());
+  return problem(path, std::strerror(why));
 }
 
 ApiSocket::ApiSocket(ApiSocket&& other) noexcept

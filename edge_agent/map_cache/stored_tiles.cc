@@ -1,7 +1,5 @@
 #include "edge_agent/map_cache/stored_tiles.h"
 
-#include "protocol/codec/codec.h"
-
 namespace comap {
 
 void StoredTiles::setMap(const MapId& map) {
@@ -40,10 +38,6 @@ void StoredTiles::write(const Eigen::Vector3d& position_m) {
 
 std::optional<Tile> StoredTiles::read(const TileKey& key) {
   if (!store_) return std::nullopt;
-  if (const auto waiting = waiting_.find(key); waiting != waiting_.end()) {
-    auto tile = decodeTile(waiting->second.encoded);
-    return tile ? std::optional<Tile>(std::move(*tile)) : std::nullopt;
-  }
   auto tile = store_->read(key);
   if (tile) return std::move(*tile);
   leave(tile.error());

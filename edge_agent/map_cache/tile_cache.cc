@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocol/types/tile_distance.h"
 #include "protocol/types/tile_hash.h"
 
 namespace comap {
@@ -16,12 +17,6 @@ size_t sizeOf(const Tile& tile) {
   size_t bytes = kBytesPerTile + tile.surfels.capacity() * sizeof(TileSurfel);
   for (const TilePlace& place : tile.places) bytes += sizeof(TilePlace) + place.code.codes.capacity();
   return bytes;
-}
-
-double distanceTo(const TileKey& key, const Eigen::Vector3d& position_m) {
-  const Eigen::Vector3d corner = Eigen::Vector3d(key.x, key.y, key.z) * double{kTileEdge_m};
-  return (position_m.cwiseMax(corner).cwiseMin(corner + Eigen::Vector3d::Constant(double{kTileEdge_m})) - position_m)
-      .norm();
 }
 
 }  // namespace
@@ -89,7 +84,7 @@ void TileCache::limitReach(const Eigen::Vector3d& position_m, double radius_m) {
   if (reach_m_ <= 0) reach_m_ = radius_m;
   double near_bytes = 0, near_entries = 0;
   for (const auto& [key, revision] : revisions_) {
-    if (distanceTo(key, position_m) > reach_m_) continue;
+    if (distanceToTile(key, position_m) > reach_m_) continue;
     const auto there = tiles_.find(key);
     near_bytes += static_cast<double>(there == tiles_.end() ? kBytesPerTile : sizeOf(*there->second));
     near_entries += 1;
@@ -109,7 +104,7 @@ void TileCache::forgetFar(const Eigen::Vector3d& position_m) {
   if (fits(1)) return;
   std::vector<std::pair<double, TileKey>> by_distance;
   by_distance.reserve(revisions_.size());
-  for (const auto& [key, revision] : revisions_) by_distance.emplace_back(distanceTo(key, position_m), key);
+  for (const auto& [key, revision] : revisions_) by_distance.emplace_back(distanceToTile(key, position_m), key);
   std::sort(by_distance.begin(), by_distance.end());
   while (!by_distance.empty() && !fits(kRoomAfterForgetting)) {
     const auto& [distance, key] = by_distance.back();
@@ -127,7 +122,7 @@ void TileCache::bringFromDisk(const Eigen::Vector3d& position_m) {
   if (stored_.revisions().empty()) return;
   std::vector<std::pair<double, TileKey>> near;
   for (const auto& [key, revision] : stored_.revisions())
-    if (const double d = distanceTo(key, position_m); d <= reach_m_ && !revisions_.contains(key))
+    if (const double d = distanceToTile(key, position_m); d <= reach_m_ && !revisions_.contains(key))
       near.emplace_back(d, key);
   std::sort(near.begin(), near.end());
   auto next = near.begin();

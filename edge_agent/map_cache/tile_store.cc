@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "protocol/codec/codec.h"
+#include "protocol/types/fnv1a.h"
 
 namespace comap {
 namespace {
@@ -23,14 +24,13 @@ CREATE TABLE tile(
   UNIQUE(map, x, y, z));
 )sql";
 
-// FNV-1a: so that a flipped bit is not taken for a surface.
+// So that a flipped bit is not taken for a surface.
 int64_t checksumOf(const TileKey& key, uint64_t revision, std::span<const uint8_t> content) {
-  uint64_t state = 0xcbf29ce484222325ull;
-  const auto add = [&](uint64_t value) { state = (state ^ value) * 0x100000001b3ull; };
-  for (const int32_t at : {key.x, key.y, key.z}) add(static_cast<uint32_t>(at));
-  add(revision);
-  for (const uint8_t byte : content) add(byte);
-  return static_cast<int64_t>(state);
+  Fnv1a hash;
+  for (const int32_t at : {key.x, key.y, key.z}) hash.add(static_cast<uint32_t>(at));
+  hash.add(revision);
+  hash.addAll(content);
+  return static_cast<int64_t>(hash.value());
 }
 
 double distance_m(const TileKey& key, const Eigen::Vector3d& position_m) {

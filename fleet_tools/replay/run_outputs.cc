@@ -12,6 +12,7 @@
 #include "mapping_core/service/core_config.h"
 #include "mapping_core/store/map_store.h"
 #include "mapping_core/tiles/tile_builder.h"
+#include "protocol/types/fnv1a.h"
 #include "protocol/types/whole_file.h"
 
 namespace comap {
@@ -107,10 +108,10 @@ std::string hex(uint64_t value) {
   return text;
 }
 
-uint64_t fnv1a(const std::string& text) {
-  uint64_t hash = 0xcbf29ce484222325ull;
-  for (const char c : text) hash = (hash ^ static_cast<uint8_t>(c)) * 0x100000001b3ull;
-  return hash;
+uint64_t hashOf(const std::string& text) {
+  Fnv1a hash;
+  hash.addAll(text);
+  return hash.value();
 }
 
 // From the first keyframe of each robot that the core had to its last.
@@ -182,7 +183,7 @@ Json reportJson(const ReplayOptions& options, const ReplayOutcome& outcome, cons
   report["joint_ate_rmse_m"] = nullptr;
   report["surface"] = {{"accuracy_mean_m", nullptr}, {"accuracy_median_m", nullptr}, {"completeness_2cm", nullptr}};
   report["wall_s"] = outcome.wall_s;
-  report["parameters_hash"] = hex(fnv1a(printAgentConfig({}) + printCoreConfig({})));
+  report["parameters_hash"] = hex(hashOf(printAgentConfig({}) + printCoreConfig({})));
   report["version"] = COMAP_VERSION;
   return report;
 }

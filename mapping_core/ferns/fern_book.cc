@@ -2,20 +2,14 @@
 
 #include <random>
 
+#include "protocol/types/fnv1a.h"
+
 namespace comap {
 namespace {
 
 // std::uniform_int_distribution differs between standard libraries; books must not.
 uint32_t drawBelow(std::mt19937_64& generator, uint32_t bound) {
   return static_cast<uint32_t>((generator() >> 32) * bound >> 32);
-}
-
-uint64_t fnv1a(uint64_t hash, uint64_t value) {
-  for (int byte = 0; byte < 8; ++byte) {
-    hash ^= (value >> (8 * byte)) & 0xff;
-    hash *= 0x100000001b3ull;
-  }
-  return hash;
 }
 
 // Bump when the meaning of a code changes (normalisation, image size), so that old and new robots do not mix.
@@ -25,7 +19,8 @@ constexpr uint64_t kEncodingVersion = 1;
 
 FernBook::FernBook(uint64_t seed, int count, uint16_t depth_min_mm, uint16_t depth_max_mm) {
   std::mt19937_64 generator(seed);
-  hash_ = fnv1a(0xcbf29ce484222325ull, kEncodingVersion);
+  Fnv1a hash;
+  hash.addBytes(kEncodingVersion, 8);
   ferns_.reserve(static_cast<size_t>(count));
   for (int i = 0; i < count; ++i) {
     Fern fern;
@@ -38,9 +33,10 @@ FernBook::FernBook(uint64_t seed, int count, uint16_t depth_min_mm, uint16_t dep
     for (const uint64_t v :
          {static_cast<uint64_t>(fern.x), static_cast<uint64_t>(fern.y), static_cast<uint64_t>(fern.r),
           static_cast<uint64_t>(fern.g), static_cast<uint64_t>(fern.b), static_cast<uint64_t>(fern.depth_mm)})
-      hash_ = fnv1a(hash_, v);
+      hash.addBytes(v, 8);
     ferns_.push_back(fern);
   }
+  hash_ = hash.value();
 }
 
 }  // namespace comap

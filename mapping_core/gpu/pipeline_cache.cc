@@ -10,6 +10,8 @@
 #include <iterator>
 #include <span>
 
+#include "protocol/types/fnv1a.h"
+
 namespace comap::gpu {
 namespace {
 
@@ -24,17 +26,12 @@ struct Seal {
   uint64_t checksum = 0;
 };
 
-// FNV-1a.
-uint64_t checksumOf(std::span<const char> data) {
-  uint64_t sum = 0xcbf29ce484222325u;
-  for (const char byte : data) sum = (sum ^ static_cast<uint8_t>(byte)) * 0x100000001b3u;
-  return sum;
-}
-
 Seal sealOf(std::span<const char> data) {
   Seal seal;
   seal.bytes = data.size();
-  seal.checksum = checksumOf(data);
+  Fnv1a hash;
+  hash.addAll(data);
+  seal.checksum = hash.value();
   return seal;
 }
 

@@ -4,6 +4,8 @@
 #include <limits>
 #include <set>
 
+#include "protocol/types/tile_distance.h"
+
 namespace comap {
 namespace {
 
@@ -22,15 +24,6 @@ size_t sizeOnTheWire(const Tile& tile) {
   size_t bytes = kBytesPerTile + kBytesPerSurfel * tile.surfels.size();
   for (const TilePlace& place : tile.places) bytes += kBytesPerPose + place.code.codes.size() * 5 / 8;
   return bytes;
-}
-
-Eigen::Vector3d cornerOf(const TileKey& key) { return Eigen::Vector3d(key.x, key.y, key.z) * double{kTileEdge_m}; }
-
-double distanceToTile(const TileKey& key, const Eigen::Vector3d& position_m) {
-  const Eigen::Vector3d corner = cornerOf(key);
-  const Eigen::Vector3d nearest =
-      position_m.cwiseMax(corner).cwiseMin(corner + Eigen::Vector3d::Constant(double{kTileEdge_m}));
-  return (nearest - position_m).norm();
 }
 
 // How far, in metres; the lower, the sooner.

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 
+#include "protocol/types/fnv1a.h"
 #include "protocol/types/tile.h"
 
 namespace comap {
@@ -13,11 +14,10 @@ namespace comap {
 class TileHash {
  public:
   void add(const Tile& tile);
-  uint64_t value() const { return state_; }
+  uint64_t value() const { return hash_.value(); }
 
  private:
-  void integer(uint64_t value, int bytes);
-  uint64_t state_ = 0xcbf29ce484222325ull;
+  Fnv1a hash_;
 };
 
 /// Of `tiles`, sorted by key: equal maps, equal hashes.

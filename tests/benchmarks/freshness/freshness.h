@@ -35,7 +35,4 @@ struct Ending {
 /// Of a robot whose reach is the whole map.
 Ending endingOf(const nlohmann::json& core, const nlohmann::json& robot);
 
-/// The value below which `share` of them lie; 0 if there are none.
-double quantile(std::vector<double> values, double share);
-
 }  // namespace comap

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "tests/benchmarks/freshness/freshness.h"
+#include "tests/benchmarks/quantile.h"
 #include "tests/end_to_end/background.h"
 
 namespace comap {
@@ -55,8 +56,8 @@ bool play(const Arguments& arguments, const std::vector<std::string>& names) {
 }
 
 void tell(const char* what, const std::vector<double>& values_s) {
-  fmt::print("{}: median {:.3f} s, p95 {:.3f} s, worst {:.3f} s of {}\n", what, quantile(values_s, 0.5),
-             quantile(values_s, 0.95), quantile(values_s, 1), values_s.size());
+  fmt::print("{}: median {:.3f} s, p95 {:.3f} s, worst {:.3f} s of {}\n", what, quantileOf(values_s, 0.5),
+             quantileOf(values_s, 0.95), quantileOf(values_s, 1), values_s.size());
 }
 
 int run(const Arguments& arguments) {
@@ -91,7 +92,7 @@ int run(const Arguments& arguments) {
   tell("  of it, tile renewed by the core -> held", fresh.since_renewed_s);
   fmt::print("  gone before they were sent: {}\n", fresh.never);
   const auto budget = static_cast<size_t>(arguments.budget_kB_per_s) * 1000;
-  bool good = !fresh.latency_s.empty() && quantile(fresh.latency_s, 0.5) < 1 && quantile(fresh.latency_s, 0.95) < 3;
+  bool good = !fresh.latency_s.empty() && quantileOf(fresh.latency_s, 0.5) < 1 && quantileOf(fresh.latency_s, 0.95) < 3;
   for (const std::string& name : names) {
     const Downlink down = downlinkOf(core, name);
     const Ending ending = endingOf(core, robots.at(name));

@@ -23,13 +23,6 @@ std::vector<double> distancesAlong(const std::vector<PosePair>& pairs) {
 
 }  // namespace
 
-double quantileOf(std::vector<double> values, double q) {
-  if (values.empty()) return 0;
-  const size_t k = std::min(values.size() - 1, static_cast<size_t>(q * static_cast<double>(values.size())));
-  std::nth_element(values.begin(), values.begin() + static_cast<long>(k), values.end());
-  return values[k];
-}
-
 RelativeError relativeErrorOverSecond(const std::vector<PosePair>& pairs) {
   std::vector<double> translation_m, rotation_deg;
   for (size_t i = 0, j = 0; i < pairs.size(); ++i) {

@@ -6,11 +6,9 @@
 #include <vector>
 
 #include "fleet_tools/evaluate/metrics_trajectory.h"
+#include "tests/benchmarks/quantile.h"
 
 namespace comap {
-
-/// The q-quantile (0..1; 1 = the largest) of values in any order; 0 for none.
-double quantileOf(std::vector<double> values, double q);
 
 /// Relative error over one second of the recording: each pair against the one closest to a second later, if it is
 /// within 0.02 s of that.
