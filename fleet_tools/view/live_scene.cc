@@ -25,7 +25,16 @@ size_t tilesWithSurfels(const std::map<TileKey, Tile>& tiles) {
 
 }  // namespace
 
+void LiveScene::lookForCore() {
+  const bool there = link_->peers() > 0;
+  if (there == core_there_) return;
+  core_there_ = there;
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  core_gone_ms_ = there ? 0 : std::chrono::duration_cast<std::chrono::milliseconds>(now).count();
+}
+
 void LiveScene::hear(ViewFeed& feed, std::chrono::milliseconds most) {
+  lookForCore();
   const auto until = WatchClock::now() + most;
   for (auto now = WatchClock::now(); now < until; now = WatchClock::now()) {
     const auto delivery = link_->receive(std::chrono::milliseconds(0));
@@ -203,7 +212,8 @@ void LiveScene::show(ViewFeed& feed, const StoreScene* store) {
   site.title = "site " + site_;
   site.live = true;
   site.core = watch_.core();
-  site.core_heard = link_->peers() > 0;
+  site.core_heard = core_there_;
+  site.core_gone_ms = core_gone_ms_;
   site.contributors_known = store != nullptr;
   if (store == nullptr) {
     std::vector<MergeRecord> merges;

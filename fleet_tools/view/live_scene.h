@@ -45,6 +45,7 @@ class LiveScene {
     std::vector<Eigen::Vector3f> odom_points;
     std::vector<HeardKeyframe> heard;
   };
+  void lookForCore();
   void follow(const Status& status);
   void takeTile(const Delivery& delivery, ViewFeed& feed);
   void askForTiles();
@@ -55,6 +56,8 @@ class LiveScene {
 
   std::unique_ptr<Link> link_;
   std::string name_, site_;
+  bool core_there_ = false;
+  int64_t core_gone_ms_ = 0;
   SiteWatch watch_;
   std::map<MapId, std::map<TileKey, Tile>> tiles_;
   std::map<MapId, TileAsking> asking_;

@@ -46,6 +46,7 @@ std::string siteJson(const SiteView& site) {
   json["complete"] = site.complete;
   json["version"] = site.version;
   json["core_heard"] = site.core_heard;
+  json["core_gone_ms"] = site.core_gone_ms;
   json["contributors_known"] = site.contributors_known;
   if (site.core)
     json["core"] = {{"keyframes", site.core->keyframes},

@@ -21,6 +21,8 @@ struct SiteView {
   std::string version;      ///< that wrote the store
   std::optional<CoreStatus> core;
   bool core_heard = false;
+  int64_t core_gone_ms =
+      0;  ///< since 1970: when a core that had been heard was heard no longer; 0: it is, or never was
   bool contributors_known = false;  ///< the order of robots is that of the contributor bits
 };
 

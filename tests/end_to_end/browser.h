@@ -28,6 +28,10 @@ class Browser {
   /// Whether the expression became true within `seconds`.
   bool waitFor(const std::string& expression, int seconds);
   void click(double x, double y);
+  /// A finger that is put down and lifted.
+  void tap(double x, double y);
+  /// Two fingers, of which the second moves by 80 pixels and is lifted first.
+  void pinch(double x, double y, double other_x, double other_y);
   /// PNG, or JPEG if the name ends with .jpg.
   void screenshot(const std::string& file);
   /// Errors and warnings that pages have logged, exceptions, and what could not be loaded.

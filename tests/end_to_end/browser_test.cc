@@ -100,6 +100,25 @@ TEST_F(BrowserTest, TheMapIsDrawnAKeyframeShowsItsPictureAndTheReportOpens) {
   for (const auto& match : nlohmann::json::parse(matches.out).at("matches"))
     expected += match.at("query") == target.at("id") || match.at("candidate") == target.at("id");
   EXPECT_TRUE(browser.waitFor("document.querySelectorAll('.verdict').length === " + std::to_string(expected), 20));
+  // On a touch screen: two fingers move the view and choose nothing, a tap chooses.
+  browser.evaluate("document.getElementById('detail-close').click()");
+  ASSERT_TRUE(browser.waitFor("!comap.chosen()", 20));
+  const char* distance = "comap.scene.camera.position.distanceTo(comap.scene.controls.target)";
+  const double far_off = browser.evaluate(distance).get<double>();
+  browser.pinch(target.at("x").get<double>(), target.at("y").get<double>(), target.at("x").get<double>() + 60,
+                target.at("y").get<double>());
+  EXPECT_TRUE(browser.waitFor(std::string(distance) + " < " + std::to_string(0.9 * far_off), 20)) << "zoomed in";
+  EXPECT_EQ(browser.evaluate("comap.chosen()"), nullptr) << "a finger that rests is no tap";
+  browser.evaluate("document.getElementById('fit').click()");
+  ASSERT_TRUE(browser.waitFor("comap.scene.dirty === false", 20));
+  const nlohmann::json finger = browser.evaluate(
+      "(() => { const s = comap.scene, free = s.keyframes.map(k => s.project(k.position))"
+      ".filter(at => at && document.elementFromPoint(at.x, at.y) === s.canvas);"
+      "const at = free[Math.floor(free.length / 2)]; return {x: at.x, y: at.y, id: s.nearest(at.x, at.y, 30).id}; "
+      "})()");
+  browser.tap(finger.at("x").get<double>(), finger.at("y").get<double>());
+  ASSERT_TRUE(browser.waitFor("comap.chosen()", 20));
+  EXPECT_EQ(browser.evaluate("comap.chosen().id"), finger.at("id"));
   for (const std::string& complaint : browser.complaints()) ADD_FAILURE() << complaint;
 
   browser.open("file://" + folder_.path("run/report.html"));

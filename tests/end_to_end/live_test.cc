@@ -23,7 +23,18 @@ using testing::HasSubstr;
 
 constexpr const char *kDomain = "187", *kTerminalDomain = "186";
 
-class Live : public FlatTest {};
+class Live : public FlatTest {
+ protected:
+  static nlohmann::json siteOf(const ViewFeed& feed) {
+    FeedCursor cursor;
+    for (FeedMessage message = feed.next(cursor); message.bytes; message = feed.next(cursor)) {
+      if (message.binary) continue;
+      const auto section = nlohmann::json::parse(message.bytes->begin() + kMessageHeadroom, message.bytes->end());
+      if (section.at("section") == "site") return section;
+    }
+    return {};
+  }
+};
 
 // `fleet watch` on a terminal of its own, whose screen is what it writes.
 class Terminal {
@@ -180,7 +191,18 @@ TEST_F(Live, ASiteIsWatchedAndItsTilesComeToAnObserver) {
   EXPECT_EQ(last.at("core_heard"), true);
   EXPECT_GT(last.at("core").at("keyframes").get<int>(), 0);
   EXPECT_TRUE(last.at("robots").contains("a"));
+
+  scene.hear(feed, 50ms);
+  scene.show(feed, nullptr);
+  EXPECT_EQ(siteOf(feed).at("core_gone_ms"), 0);
   EXPECT_EQ(core.end(SIGTERM), 0) << contentOf(folder_.path("core.log"));
+  for (int i = 0; i < 400 && siteOf(feed).at("core_heard"); ++i) {
+    std::this_thread::sleep_for(50ms);
+    scene.hear(feed, 50ms);
+    scene.show(feed, nullptr);
+  }
+  EXPECT_EQ(siteOf(feed).at("core_heard"), false);
+  EXPECT_GT(siteOf(feed).at("core_gone_ms").get<int64_t>(), 1'000'000'000'000) << "when it went is told";
 }
 
 }  // namespace

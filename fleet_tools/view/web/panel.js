@@ -4,16 +4,21 @@ import {element} from './detail.js';
 const $ = (id) => document.getElementById(id);
 const kStates = {ok: 'tracking', poor: 'tracking poorly', lost: 'lost', finished: 'finished', silent: 'silent', stored: ''};
 
+const counted = (count, noun) => `${count} ${noun}${count === 1 ? '' : 's'}`;
+
 export function showSite(site, connected) {
   $('title').textContent = site.title;
   document.title = `${site.title} - CoMap`;
   const parts = [];
   if (site.live) {
-    if (site.core) {
+    if (!site.core_heard) {
+      const since = site.core_gone_ms && new Date(site.core_gone_ms).toLocaleTimeString();
+      parts.push(since ? `core gone since ${since}: shown is what it had` : 'no core is heard');
+    } else if (site.core) {
       const {keyframes, maps, queue, device} = site.core;
-      parts.push(`live: ${keyframes} keyframes, ${maps} maps, ${queue} waiting, ${device}`);
+      parts.push(`live: ${counted(keyframes, 'keyframe')}, ${counted(maps, 'map')}, ${queue} waiting, ${device}`);
     } else {
-      parts.push(site.core_heard ? 'live' : 'no core is heard');
+      parts.push('live');
     }
   } else if (site.from_store) {
     parts.push(site.complete ? 'store, complete' : 'store, still being written');
@@ -27,8 +32,8 @@ export function showRobots(robots, live) {
   $('robots').replaceChildren(...robots.map((robot) => {
     const row = element('li'), swatch = element('span', 'swatch');
     swatch.style.background = robot.css;
-    const counts = [`${robot.keyframes} keyframes`];
-    if (live && robot.frames) counts.push(`${robot.frames} frames`, `${robot.outbox} to send`);
+    const counts = [counted(robot.keyframes, 'keyframe')];
+    if (live && robot.frames) counts.push(counted(robot.frames, 'frame'), `${robot.outbox} to send`);
     row.append(swatch, element('span', 'name', robot.name), element('span', `state ${robot.state}`, kStates[robot.state]),
         element('span', 'more', counts.join(', ')));
     return row;
@@ -39,7 +44,7 @@ export function showRobots(robots, live) {
 export function showMaps(maps, chosen) {
   $('maps-section').hidden = maps.length < 2;
   $('maps').replaceChildren(...maps.map((map) => {
-    const option = element('option', '', `${map.robots.join(', ') || 'nobody'}: ${map.keyframes} keyframes (${map.id})`);
+    const option = element('option', '', `${map.robots.join(', ') || 'nobody'}: ${counted(map.keyframes, 'keyframe')} (${map.id})`);
     option.value = map.id;
     option.selected = map.id === chosen;
     return option;

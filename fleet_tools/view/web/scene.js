@@ -294,15 +294,23 @@ export class Scene {
   }
 
   watchPicks() {
-    let down = null;
+    let down = null;  // a press that may become a pick: not one finger of several
+    const held = new Set();
     this.canvas.addEventListener('pointerdown', (event) => {
-      down = {x: event.clientX, y: event.clientY, id: event.pointerId};
+      held.add(event.pointerId);
+      down = held.size === 1 ? {x: event.clientX, y: event.clientY, id: event.pointerId} : null;
     });
     this.canvas.addEventListener('pointerup', (event) => {
+      held.delete(event.pointerId);
       if (!down || down.id !== event.pointerId) return;
-      if (Math.hypot(event.clientX - down.x, event.clientY - down.y) < 6) {
-        this.onPick(this.nearest(event.clientX, event.clientY, event.pointerType === 'touch' ? 30 : 16));
+      const finger = event.pointerType === 'touch';
+      if (Math.hypot(event.clientX - down.x, event.clientY - down.y) < (finger ? 12 : 6)) {
+        this.onPick(this.nearest(event.clientX, event.clientY, finger ? 30 : 16));
       }
+      down = null;
+    });
+    this.canvas.addEventListener('pointercancel', (event) => {
+      held.delete(event.pointerId);
       down = null;
     });
   }
