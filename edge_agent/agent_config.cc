@@ -37,6 +37,9 @@ Result<AgentConfig> readAgentConfig(const std::string& path) {
   ConfigReader odometry = reader->section("odometry");
   odometry.read("depth_min_m", config.odometry.depth_min_m, 0.05, 2);
   odometry.read("depth_max_m", config.odometry.depth_max_m, 0.5, 13);
+  if (config.odometry.depth_min_m >= config.odometry.depth_max_m)
+    odometry.complain("depth_max_m", fmt::format("is {}, expected more than depth_min_m, {}",
+                                                 config.odometry.depth_max_m, config.odometry.depth_min_m));
   odometry.read("depth_noise_floor_m", config.odometry.alignment.noise.floor_m, 1e-4, 0.1);
   odometry.read("depth_noise_factor_per_m", config.odometry.alignment.noise.factor_per_m, 0, 0.1);
   odometry.read("photometric_weight", config.odometry.alignment.photometric_weight, 0, 10);
@@ -73,6 +76,9 @@ Result<AgentConfig> readAgentConfig(const std::string& path) {
   outbox.read("directory", config.outbox.directory);
   outbox.read("quota_mb", config.outbox.quota_mb, 0, 10'000'000);
   outbox.read("thin_jpeg_quality", config.sender.thin_jpeg_quality, 5, 100);
+  if (config.sender.thin_jpeg_quality > config.sender.jpeg_quality)
+    outbox.complain("thin_jpeg_quality", fmt::format("is {}, expected at most uplink.jpeg_quality, {}",
+                                                     config.sender.thin_jpeg_quality, config.sender.jpeg_quality));
   if (config.outbox.quota_mb == 0) config.outbox.quota_mb = kUnlimited_mb;
 
   reader->section("ferns").read("seed", config.fern_seed);

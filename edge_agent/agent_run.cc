@@ -4,6 +4,8 @@
 #include <chrono>
 #include <thread>
 
+#include "protocol/types/counted.h"
+
 namespace comap {
 namespace {
 
@@ -104,11 +106,16 @@ Result<void> explained(Result<void> done, const Link& link) {
 }  // namespace
 
 std::string whatWaits(const Agent& agent, const std::string& outbox) {
-  const std::string count = std::to_string(agent.unacknowledged()) + " keyframes";
-  if (outbox.empty()) return count + " are not acknowledged by the core: they are lost";
-  std::string text = count + " wait in " + outbox + " and are sent by the next start";
-  if (agent.onlyInMemory() > 0)
-    text += ", except " + std::to_string(agent.onlyInMemory()) + " that could not be written there: they are lost";
+  const size_t waiting = agent.unacknowledged(), lost = agent.onlyInMemory();
+  const std::string count = counted(waiting, "keyframe");
+  if (outbox.empty())
+    return count + wordFor(waiting, " is not acknowledged by the core: it is lost",
+                           " are not acknowledged by the core: they are lost");
+  std::string text = count + wordFor(waiting, " waits in ", " wait in ") + outbox + " and " +
+                     wordFor(waiting, "is sent by the next start", "are sent by the next start");
+  if (lost > 0)
+    text += ", except " + std::to_string(lost) +
+            " that could not be written there: " + wordFor(lost, "it is lost", "they are lost");
   return text;
 }
 

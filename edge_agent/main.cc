@@ -1,6 +1,5 @@
 // The robot's agent: reads its cameras or a recording, tracks, ships keyframes, takes the joint map's tiles.
 #include <signal.h>
-#include <spdlog/fmt/fmt.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -9,6 +8,7 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <random>
 
@@ -24,6 +24,7 @@
 #include "protocol/link/loopback_link.h"
 #include "protocol/program/service_arguments.h"
 #include "protocol/telemetry/stage_clock.h"
+#include "protocol/types/counted.h"
 #include "protocol/types/whole_file.h"
 
 namespace comap {
@@ -123,6 +124,15 @@ StoredTiles storedTilesOf(const AgentConfig& config, const std::string& outbox_p
   return {};
 }
 
+// A recording that shows nothing is not what was meant, though all of it was read.
+Error nothingUsed(const AgentConfig& config, const AgentStatistics& statistics) {
+  const size_t all = size_t{statistics.frames} + statistics.damaged_frames;
+  return {ErrorCode::kBadData, config.robot + ": " + config.source + ": of " + counted(all, "frame") +
+                                   " none can be used, " + std::to_string(statistics.damaged_frames) +
+                                   (statistics.damaged_frames == 1 ? " is" : " are") +
+                                   " damaged and the others have too little depth to start from"};
+}
+
 int run(const Arguments& arguments) {
   auto config = configure(arguments);
   if (!config) return failWith(config.error());
@@ -158,7 +168,8 @@ int run(const Arguments& arguments) {
   const auto session = outbox->beginSession(newSession());
   if (!session) return failWith(session.error());
   if (outbox->size() > 0)
-    log(config->robot + ": " + std::to_string(outbox->size()) + " keyframes of earlier starts wait in " + outbox_path);
+    log(config->robot + ": " + counted(outbox->size(), "keyframe") + " of earlier starts " +
+        wordFor(outbox->size(), "waits", "wait") + " in " + outbox_path);
   log(config->robot + ": " + (*source)->description());
   std::optional<ApiOutput> api;
   if (!config->api.socket.empty()) {
@@ -192,14 +203,19 @@ int run(const Arguments& arguments) {
   const auto done = runAgent(agent, **link, *config, options);
   if (const auto health = (*source)->health()) log("camera: " + toString(*health));
   if (StageClock::process().traces())
-    StageClock::process().note(
-        "end", fmt::format(R"({{"robot":"{}","map":"{}","hash":{},"tiles":{}}})", config->robot, agent.tiles().map(),
-                           agent.tiles().hash(), agent.tiles().tiles().size()));
+    StageClock::process().note("end", nlohmann::json{{"robot", config->robot},
+                                                     {"map", agent.tiles().map()},
+                                                     {"hash", agent.tiles().hash()},
+                                                     {"tiles", agent.tiles().tiles().size()}}
+                                          .dump());
   // What was done is told even if it ended badly.
   if (report)
     if (auto written = report->finish(reportOf(config->robot, agent)); !written) return failWith(written.error());
   if (auto traced = telemetry->finish(); !traced) return failWith(traced.error());
   if (!done) return failWith(done.error());
+  const bool stopped = g_stop != 0;
+  if (!arguments.deliver && !live && !stopped && agent.statistics().keyframes == 0)
+    return failWith(nothingUsed(*config, agent.statistics()));
   if (agent.allAcknowledged()) return 0;
   if (outbox_path.empty() || agent.onlyInMemory() > 0)
     return failWith({ErrorCode::kProblem, "stopped: " + whatWaits(agent, outbox_path)});

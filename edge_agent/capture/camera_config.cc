@@ -29,8 +29,9 @@ void readLens(ConfigReader& reader, Lens& lens) {
   }
   reader.read("fx", pinhole.fx, 0, kMostFocal_px);
   reader.read("fy", pinhole.fy, 0, kMostFocal_px);
-  reader.read("cx", pinhole.cx, 0, kMaxImageEdge_px);
-  reader.read("cy", pinhole.cy, 0, kMaxImageEdge_px);
+  // Where the axis meets the picture: one cut out of a larger picture may lie beside it, but not far.
+  reader.read("cx", pinhole.cx, -pinhole.width, 2 * pinhole.width);
+  reader.read("cy", pinhole.cy, -pinhole.height, 2 * pinhole.height);
   reader.read("k1", lens.k1, -10, 10);
   reader.read("k2", lens.k2, -10, 10);
   reader.read("p1", lens.p1, -1, 1);

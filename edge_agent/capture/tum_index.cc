@@ -171,6 +171,13 @@ Result<TumCalibration> readTumCalibration(const std::string& path) {
       return wrong(i, "a whole number of pixels from 1 to " + std::to_string(kMaxImageEdge_px));
     }
   }
+  for (size_t i = 2; i < 4; ++i) {  // of a picture cut out of a larger one it may lie outside, but not far
+    const double edge = values[i + 2];
+    if (values[i] < -edge || values[i] > 2 * edge)
+      return wrong(i, "the optical axis in or near the picture, from " + std::to_string(-static_cast<int>(edge)) +
+                          " to " + std::to_string(2 * static_cast<int>(edge)) + " for one " +
+                          std::to_string(static_cast<int>(edge)) + " pixels " + (i == 2 ? "wide" : "high"));
+  }
   if (values[6] <= 0) return wrong(6, "a positive number of depth values to the metre");
   TumCalibration calibration;
   calibration.camera = {

@@ -1,8 +1,12 @@
 // Columns for people, and text from stores made fit for a terminal.
 #pragma once
 
+#include <initializer_list>
+#include <span>
 #include <string>
 #include <vector>
+
+#include "protocol/types/counted.h"
 
 namespace comap {
 
@@ -12,8 +16,8 @@ std::string printable(const std::string& text);
 /// "1.5 MB": bytes in units of 1000.
 std::string humanBytes(double bytes);
 
-/// "1 merge", "2 merges".
-std::string counted(size_t count, const std::string& noun);
+/// "a, b, c", each printable; "none" of none.
+std::string listed(const std::vector<std::string>& words);
 
 /// A number with `decimals` digits, "-" if it is not finite.
 std::string fixed(double value, int decimals);
@@ -21,14 +25,25 @@ std::string fixed(double value, int decimals);
 /// Lines of aligned columns with two spaces between; columns whose cells are all numbers are aligned right.
 class TextTable {
  public:
-  explicit TextTable(std::vector<std::string> head) : rows_{std::move(head)} {}
+  explicit TextTable(const std::vector<std::string>& head);
   /// As many cells as the head has.
-  void add(std::vector<std::string> cells);
-  bool empty() const { return rows_.size() == 1; }
+  void add(std::span<const std::string> cells);
+  void add(std::initializer_list<std::string> cells) { add(std::span(cells.begin(), cells.size())); }
+  bool empty() const { return cells_.size() == columns_.size(); }
   std::string text() const;
 
  private:
-  std::vector<std::vector<std::string>> rows_;
+  struct Column {
+    size_t width = 0;  // characters
+    bool numbers = true;
+  };
+  struct Cell {
+    size_t end = 0;  // in text_, where the next one begins
+    size_t width = 0;
+  };
+  std::vector<Column> columns_;
+  std::string text_;  // all cells, one behind the other
+  std::vector<Cell> cells_;
 };
 
 }  // namespace comap

@@ -35,22 +35,17 @@ struct Exported {
   size_t points = 0, poses = 0, pictures = 0, events = 0;
 };
 
-std::string list(const std::set<MapId>& maps) {
-  std::string text;
-  for (const MapId& map : maps) text += (text.empty() ? "" : ", ") + printable(map);
-  return text.empty() ? "none" : text;
-}
-
 // The one map meant: that named, or the only one there is.
 Result<MapId> chooseMap(const ExportOptions& options, const std::set<MapId>& maps) {
   if (!options.map.empty()) {
     if (maps.contains(options.map)) return options.map;
-    return Error{ErrorCode::kWrongUse, options.store + ": holds no map '" + options.map + "'; it holds: " + list(maps)};
+    return Error{ErrorCode::kWrongUse, options.store + ": holds no map '" + printable(options.map) + "', but " +
+                                           listed({maps.begin(), maps.end()})};
   }
   if (maps.size() == 1) return *maps.begin();
   if (maps.empty()) return Error{ErrorCode::kProblem, options.store + ": holds no map yet"};
-  return Error{ErrorCode::kWrongUse,
-               options.store + ": holds " + std::to_string(maps.size()) + " maps, name one with --map: " + list(maps)};
+  return Error{ErrorCode::kWrongUse, options.store + ": holds " + std::to_string(maps.size()) +
+                                         " maps, name one with --map: " + listed({maps.begin(), maps.end()})};
 }
 
 Result<std::vector<Tile>> chosenTiles(const MapStore& store, const ExportOptions& options) {

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <map>
 #include <memory>
+#include <set>
 #include <sstream>
 
 #include "edge_agent/capture/image_file.h"
@@ -22,9 +23,15 @@ namespace {
 struct RenderOptions {
   std::string store, out, map;
   std::string view = "orbit", size = "1600x1000", device = "auto";
-  Colouring colouring = Colouring::kRgb;
+  std::string colour = "rgb";
   bool json = false;
 };
+
+Colouring colouringOf(const std::string& name) {
+  if (name == "normal") return Colouring::kNormal;
+  if (name == "contribution") return Colouring::kContribution;
+  return name == "confidence" ? Colouring::kConfidence : Colouring::kRgb;
+}
 
 struct Size {
   int width = 0, height = 0;
@@ -58,7 +65,10 @@ Result<MapId> chooseMap(const MapStore& store, const RenderOptions& options) {
   const auto sizes = store.mapSizes();
   if (!sizes) return sizes.error();
   if (!options.map.empty() && !sizes->contains(options.map)) {
-    return Error{ErrorCode::kWrongUse, options.store + ": holds no map '" + printable(options.map) + "'"};
+    std::vector<std::string> maps;
+    for (const auto& [map, size] : *sizes) maps.push_back(map);
+    return Error{ErrorCode::kWrongUse,
+                 options.store + ": holds no map '" + printable(options.map) + "', but " + listed(maps)};
   }
   MapId largest = options.map;
   size_t most = 0;
@@ -98,8 +108,11 @@ Result<PictureView> chooseView(const RenderOptions& options, std::span<const Sto
       if (keyframe.id.robot == after("robot:") && (!last || keyframe.arrival > last->arrival)) last = &keyframe;
     }
     if (last) return cameraView(last->T_map_cam, size.width, size.height);
-    return Error{ErrorCode::kWrongUse,
-                 options.store + ": the map holds no keyframe of robot '" + printable(after("robot:")) + "'"};
+    std::set<std::string> robots;
+    for (const StoredKeyframe& keyframe : keyframes) robots.insert(keyframe.id.robot);
+    return Error{ErrorCode::kWrongUse, options.store + ": the map holds no keyframe of robot '" +
+                                           printable(after("robot:")) + "', but of " +
+                                           listed({robots.begin(), robots.end()})};
   }
   std::vector<Pose> poses;
   for (const StoredKeyframe& keyframe : keyframes) poses.push_back(keyframe.T_map_cam);
@@ -133,8 +146,9 @@ int run(const RenderOptions& options) {
   device_options.cache_directory = gpu::defaultCacheDirectory();
   auto device = gpu::Device::create(device_options);
   if (!device) return failWith(device.error());
-  const bool legend = options.colouring == Colouring::kContribution;
-  const auto picture = renderPicture(*device, *surfels, *view, options.colouring, legend ? robots->size() : 0);
+  const Colouring colouring = colouringOf(options.colour);
+  const bool legend = colouring == Colouring::kContribution;
+  const auto picture = renderPicture(*device, *surfels, *view, colouring, legend ? robots->size() : 0);
   if (!picture) return failWith(picture.error());
   if (const auto written = writeColourPng(options.out, *picture); !written) return failWith(written.error());
 
@@ -164,13 +178,9 @@ void addRenderVerb(CLI::App& app, int& exit_code) {
   verb->add_option("--out", options->out, "PNG file to write; one that is there is replaced")->required();
   verb->add_option("--view", options->view, "orbit, top, robot:NAME or 'pose tx ty tz qx qy qz qw'")
       ->capture_default_str();
-  const std::map<std::string, Colouring> colourings = {{"rgb", Colouring::kRgb},
-                                                       {"normal", Colouring::kNormal},
-                                                       {"contribution", Colouring::kContribution},
-                                                       {"confidence", Colouring::kConfidence}};
-  verb->add_option("--colour", options->colouring, "What the colours are")
-      ->transform(CLI::CheckedTransformer(colourings))
-      ->option_text("TEXT [rgb]: rgb, normal, contribution or confidence");
+  verb->add_option("--colour", options->colour, "What the colours are")
+      ->check(CLI::IsMember({"rgb", "normal", "contribution", "confidence"}))
+      ->capture_default_str();
   verb->add_option("--map", options->map, "Which map; the largest if left out");
   verb->add_option("--size", options->size, "WIDTHxHEIGHT in pixels")->capture_default_str();
   verb->add_option("--device", options->device, "auto, llvmpipe or an index")->capture_default_str();

@@ -16,6 +16,7 @@
 #include "fleet_tools/replay/run_folder.h"
 #include "fleet_tools/replay/run_outputs.h"
 #include "protocol/keys/credentials.h"
+#include "protocol/types/counted.h"
 
 namespace comap {
 namespace {
@@ -77,7 +78,7 @@ std::string troubleText(const nlohmann::json& robot) {
   tell("damaged_frames", " damaged and passed over");
   tell("tracking_poor_frames", " tracked poorly");
   tell("tracking_lost_frames", " lost");
-  tell("relocalised", " times found back");
+  tell("relocalised", " found back");
   return text.empty() ? text : " (" + text + ")";
 }
 
@@ -102,19 +103,23 @@ std::string refusedText(const nlohmann::json& refused) {
   return std::to_string(sum) + " refused (" + text + ")";
 }
 
+std::string countOf(const nlohmann::json& object, const char* key, const char* noun) {
+  return counted(object.at(key).get<size_t>(), noun);
+}
+
 void printSummary(const nlohmann::json& report, const std::string& out) {
   for (const auto& [name, robot] : report.at("robots").items())
-    std::printf(
-        "robot %-8s %4d frames%s, %3d keyframes (%d lost), %.0f kB/s up, odometry %.1f ms (p95 %.1f), map %s, holds "
-        "%d tiles of it\n",
-        name.c_str(), robot.at("frames").get<int>(), troubleText(robot).c_str(), robot.at("keyframes").get<int>(),
-        robot.at("keyframes_lost").get<int>(), robot.at("uplink_bytes_per_s").get<double>() / 1000,
-        robot.at("odometry_ms").at("median").get<double>(), robot.at("odometry_ms").at("p95").get<double>(),
-        robot.at("map").get<std::string>().c_str(), robot.at("tiles_held").get<int>());
+    std::printf("robot %-8s %s%s, %s (%d lost), %.0f kB/s up, odometry %.1f ms (p95 %.1f), map %s, holds %s of it\n",
+                name.c_str(), countOf(robot, "frames", "frame").c_str(), troubleText(robot).c_str(),
+                countOf(robot, "keyframes", "keyframe").c_str(), robot.at("keyframes_lost").get<int>(),
+                robot.at("uplink_bytes_per_s").get<double>() / 1000, robot.at("odometry_ms").at("median").get<double>(),
+                robot.at("odometry_ms").at("p95").get<double>(), robot.at("map").get<std::string>().c_str(),
+                countOf(robot, "tiles_held", "tile").c_str());
   for (const auto& map : report.at("maps"))
-    std::printf("map %s: robots %s, %d keyframes, %d surfels, %d tiles\n", map.at("id").get<std::string>().c_str(),
-                listText(map.at("robots")).c_str(), map.at("keyframes").get<int>(), map.at("surfels").get<int>(),
-                map.at("tiles").get<int>());
+    std::printf("map %s: %s %s, %s, %s, %s\n", map.at("id").get<std::string>().c_str(),
+                wordFor(map.at("robots").size(), "robot", "robots"), listText(map.at("robots")).c_str(),
+                countOf(map, "keyframes", "keyframe").c_str(), countOf(map, "surfels", "surfel").c_str(),
+                countOf(map, "tiles", "tile").c_str());
   std::printf("place matches: %d accepted, %s\n", report.at("verdicts").at("accepted").get<int>(),
               refusedText(report.at("verdicts").at("refused")).c_str());
   std::printf("core: %.0f ms a keyframe (p95 %.0f) on %s; %.1f s in all\n",
@@ -126,12 +131,13 @@ void printSummary(const nlohmann::json& report, const std::string& out) {
 
 void printPaperSummary(const nlohmann::json& report, const std::string& out) {
   for (const auto& [name, robot] : report.at("robots").items())
-    std::printf("robot %-8s %4d frames (%d lost), %.0f kB/s up, map %s\n", name.c_str(), robot.at("frames").get<int>(),
-                robot.at("tracking_lost_frames").get<int>(), robot.at("uplink_bytes_per_s").get<double>() / 1000,
-                robot.at("map").get<std::string>().c_str());
+    std::printf("robot %-8s %s (%d lost), %.0f kB/s up, map %s\n", name.c_str(),
+                countOf(robot, "frames", "frame").c_str(), robot.at("tracking_lost_frames").get<int>(),
+                robot.at("uplink_bytes_per_s").get<double>() / 1000, robot.at("map").get<std::string>().c_str());
   for (const auto& map : report.at("maps"))
-    std::printf("map %s: robots %s, %d surfels, %d places\n", map.at("id").get<std::string>().c_str(),
-                listText(map.at("robots")).c_str(), map.at("surfels").get<int>(), map.at("places").get<int>());
+    std::printf("map %s: %s %s, %s, %s\n", map.at("id").get<std::string>().c_str(),
+                wordFor(map.at("robots").size(), "robot", "robots"), listText(map.at("robots")).c_str(),
+                countOf(map, "surfels", "surfel").c_str(), countOf(map, "places", "place").c_str());
   const auto& core = report.at("core");
   std::printf("loops: %d local, %d global; merges: %zu\n", core.at("local_loops").get<int>(),
               core.at("global_loops").get<int>(), report.at("merges").size());
@@ -141,15 +147,21 @@ void printPaperSummary(const nlohmann::json& report, const std::string& out) {
   std::printf("run: %s (map.ply, *.trajectory.txt, frames.csv, report.json, report.html)\n", out.c_str());
 }
 
+size_t framesOf(const nlohmann::json& robot) {
+  return robot.at("frames").get<size_t>() + robot.at("damaged_frames").get<size_t>();
+}
+
 // The run's files are there, but they do not show what was asked for.
 int failIfIncomplete(const nlohmann::json& report) {
   for (const auto& [name, robot] : report.at("robots").items()) {
     if (robot.at("keyframes_lost").get<int>() > 0)
-      return failWith({ErrorCode::kProblem, "robot " + name + ": " + robot.at("keyframes_lost").dump() +
-                                                " keyframes did not reach the core"});
+      return failWith({ErrorCode::kProblem, "robot " + name + ": " +
+                                                counted(robot.at("keyframes_lost").get<size_t>(), "keyframe") +
+                                                " did not reach the core"});
     if (robot.at("keyframes").get<int>() == 0)
-      return failWith({ErrorCode::kProblem, "robot " + name + ": none of its " + robot.at("frames").dump() +
-                                                " frames has enough depth to start from"});
+      return failWith({ErrorCode::kBadData, "robot " + name + ": of " + counted(framesOf(robot), "frame") +
+                                                " none can be used, " + robot.at("damaged_frames").dump() +
+                                                " damaged and the others with too little depth to start from"});
   }
   return 0;
 }

@@ -30,6 +30,9 @@ Result<CoreConfig> readCoreConfig(const std::string& path) {
   ConfigReader fusion = reader->section("fusion");
   fusion.read("depth_min_m", mapping.fusion.depth_min_m, 0.05, 2);
   fusion.read("depth_max_m", mapping.fusion.depth_max_m, 0.5, 13);
+  if (mapping.fusion.depth_min_m >= mapping.fusion.depth_max_m)
+    fusion.complain("depth_max_m", fmt::format("is {}, expected more than depth_min_m, {}", mapping.fusion.depth_max_m,
+                                               mapping.fusion.depth_min_m));
   fusion.read("stable_confidence", mapping.fusion.stable_confidence, 0, 100);
   fusion.read("averaging_limit", mapping.fusion.averaging_limit, 1, 1000);
   fusion.read("memory_mb", mapping.fusion.memory_mb, 0, 1u << 20);

@@ -105,13 +105,30 @@ TEST_F(BadInput, ImagesOfAnotherSizeThanCalibrated) {
   expectNoRun();
 }
 
-TEST_F(BadInput, DepthOfAllZerosIsAProblemThatIsTold) {
+TEST_F(BadInput, ARecordingOfWhichNothingCanBeUsedIsToldAsSuch) {
   const std::string a = copyOfA();
   for (const auto& entry : fs::directory_iterator(a + "/depth"))
     ASSERT_TRUE(writeDepth16Png(entry.path().string(), Image<uint16_t>(640, 480, 0)));
   const ProgramRun run = replay("--robot a=" + a + "@0:20");
-  EXPECT_EQ(run.exit_code, 1) << run.out;
-  EXPECT_THAT(run.err, HasSubstr("depth"));
+  EXPECT_EQ(run.exit_code, 3) << run.out;
+  EXPECT_THAT(run.err, HasSubstr("of 20 frames none can be used, 0 damaged and the others with too little depth"));
+  EXPECT_THAT(run.out, HasSubstr("20 frames"));
+  const ProgramRun agent =
+      runProgram("edge_agent --offline --robot a --source tum:" + a + "@0:20 --outbox " + folder_.path("box"));
+  EXPECT_EQ(agent.exit_code, 3) << agent.out;
+  EXPECT_THAT(agent.err + agent.out, HasSubstr("of 20 frames none can be used, 0 are damaged"));
+}
+
+TEST_F(BadInput, WhatIsNotThereIsAnsweredWithWhatIs) {
+  ASSERT_EQ(replay("--robot a=" + flat_ + "/a@0:5").exit_code, 0);
+  const std::string render = "fleet render " + folder_.path("run/map.comap") + " --out " + folder_.path("x.png");
+  for (const auto& [options, answer] : {std::pair(" --map nowhere", "holds no map 'nowhere', but a-1-0"),
+                                        std::pair(" --view robot:b", "no keyframe of robot 'b', but of a"),
+                                        std::pair(" --colour pink", "{rgb,normal,contribution,confidence}")}) {
+    const ProgramRun run = runProgram(render + options);
+    EXPECT_EQ(run.exit_code, 2) << options;
+    EXPECT_THAT(run.err + run.out, HasSubstr(answer));
+  }
 }
 
 TEST_F(BadInput, OutputFolderThatIsNoRun) {
@@ -159,6 +176,22 @@ TEST_F(BadInput, UnknownConfigKey) {
   const ProgramRun core = runProgram("mapping_core --check-config --config " + folder_.path("core.yaml"));
   EXPECT_EQ(core.exit_code, 3);
   EXPECT_THAT(core.err, HasSubstr("votes"));
+}
+
+TEST_F(BadInput, RangesThatAreNone) {
+  const auto refused = [&](const std::string& program, const std::string& text, const std::string& why) {
+    std::ofstream(folder_.path("config.yaml")) << text;
+    const ProgramRun run = runProgram(program + " --check-config --config " + folder_.path("config.yaml"));
+    EXPECT_EQ(run.exit_code, 3) << text;
+    EXPECT_THAT(run.err, HasSubstr(why));
+  };
+  refused("edge_agent", "odometry:\n  depth_min_m: 2\n  depth_max_m: 1\n",
+          "config.yaml:3: odometry.depth_max_m: is 1, expected more than depth_min_m, 2");
+  refused("edge_agent", "uplink:\n  jpeg_quality: 40\noutbox:\n  thin_jpeg_quality: 50\n",
+          "config.yaml:4: outbox.thin_jpeg_quality: is 50, expected at most uplink.jpeg_quality, 40");
+  refused("edge_agent", "camera:\n  colour:\n    cx: 9999\n", "config.yaml:3: camera.colour.cx: is 9999");
+  refused("mapping_core", "fusion:\n  depth_min_m: 1.5\n  depth_max_m: 1\n",
+          "config.yaml:3: fusion.depth_max_m: is 1, expected more than depth_min_m, 1.5");
 }
 
 TEST_F(BadInput, ShippedConfigsAreTheDefaults) {

@@ -192,6 +192,8 @@ TEST_F(TumSourceTest, BadCalibrationNamesTheValue) {
                                                        {"5 0 3.5 2 8 6 1000\n", "fy is 0"},
                                                        {"5 6 x 2 8 6 1000\n", "cx is 'x'"},
                                                        {"5 6 nan 2 8 6 1000\n", "cx is 'nan'"},
+                                                       {"5 6 9999 2 8 6 1000\n", "cx is 9999, expected"},
+                                                       {"5 6 3.5 -7 8 6 1000\n", "cy is -7, expected"},
                                                        {"5 6 3.5 2 8.5 6 1000\n", "width is 8.5"},
                                                        {"5 6 3.5 2 8 100000 1000\n", "height is"},
                                                        {"5 6 3.5 2 8 6 0\n", "depth_scale is 0"},
