@@ -50,10 +50,12 @@ nlohmann::json jsonOf(const StoreGlance& glance) {
           {"pictures_read", glance.pictures_read},
           {"tiles_read", glance.tiles_read},
           {"damage", glance.damage},
-          {"remarks", nlohmann::json::array()}};
+          {"remarks", glance.remarks}};
 }
 
-void printDamage(const std::string& store, const std::vector<std::string>& damage) {
+void printFound(const std::string& store, const std::vector<std::string>& remarks,
+                const std::vector<std::string>& damage) {
+  for (const std::string& text : remarks) std::printf("remark: %s\n", printable(text).c_str());
   for (const std::string& text : damage) std::printf("damage: %s\n", printable(text).c_str());
   if (!damage.empty()) std::printf("'fleet recover %s --out NEW' saves what is whole\n", printable(store).c_str());
 }
@@ -62,8 +64,7 @@ void print(const StoreSurvey& survey) {
   std::printf("%s: %s; %zu keyframes, %zu edges, %zu verdicts, %zu merges, %zu tiles\n", printable(survey.path).c_str(),
               survey.damage.empty() ? "whole, every byte was read" : "damaged; whole are", survey.keyframes.size(),
               survey.edges.size(), survey.verdicts.size(), survey.merges.size(), survey.tiles);
-  for (const std::string& text : survey.remarks) std::printf("remark: %s\n", printable(text).c_str());
-  printDamage(survey.path, survey.damage);
+  printFound(survey.path, survey.remarks, survey.damage);
 }
 
 void print(const StoreGlance& glance) {
@@ -76,7 +77,7 @@ void print(const StoreGlance& glance) {
       "--full %s' reads all %s\n",
       glance.pictures_read, glance.tiles_read, printable(glance.path).c_str(),
       humanBytes(static_cast<double>(glance.bytes)).c_str());
-  printDamage(glance.path, glance.damage);
+  printFound(glance.path, glance.remarks, glance.damage);
 }
 
 template <class Found>

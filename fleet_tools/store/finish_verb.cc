@@ -17,14 +17,15 @@ int run(const StoreChange& change) {
   if (!store) return failWith(store.error());
   const auto complete = store->meta("complete");
   if (!complete) return failWith(complete.error());
-  if (*complete == "yes") {
-    if (change.json)
-      printJson({{"computed", false}});
-    else
-      std::printf("%s: nothing to do, poses and tiles are final\n", printable(change.store).c_str());
-    return 0;
-  }
-  return followUp(change, *config, *store, nlohmann::json::object());
+  const auto compacted = compactIfDue(change, *store);
+  if (!compacted) return failWith(compacted.error());
+  if (*complete != "yes") return followUp(change, *config, *store, {{"compacted", *compacted}});
+  if (change.json)
+    printJson({{"computed", false}, {"compacted", *compacted}});
+  else
+    std::printf("%s: %s, poses and tiles are final\n", printable(change.store).c_str(),
+                *compacted ? "nothing else to do" : "nothing to do");
+  return 0;
 }
 
 }  // namespace
@@ -32,9 +33,10 @@ int run(const StoreChange& change) {
 void addFinishVerb(CLI::App& app, int& exit_code) {
   auto* verb = app.add_subcommand("finish", "Compute what the maps of a store at rest are still due");
   verb->footer(
-      "After 'split', 'forget' or 'recover' with --later or cut off, and after a core that was: poses, surfels and "
-      "tiles\n"
-      "as the records have them. Keyframes that were not mapped yet are left to a core.\n"
+      "After 'split', 'forget' or 'recover' with --later or cut off, and after a core that was: poses, surfels and\n"
+      "tiles as the records have them; and the file without what was forgotten. Keyframes that were not mapped yet "
+      "are\n"
+      "left to a core.\n"
       "Example: fleet split run/map.comap 1 --later; fleet finish run/map.comap");
   auto change = std::make_shared<StoreChange>();
   verb->add_option("STORE", change->store, "Map store that no core is writing")->required();

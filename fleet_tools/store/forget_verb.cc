@@ -25,9 +25,15 @@ int run(const ForgetOptions& options) {
     std::printf("%s of robot %s removed\n", counted(*removed, "keyframe").c_str(), options.robot.c_str());
     std::fflush(stdout);
   }
-  // What was deleted is still in the file's free pages until it is written anew.
-  if (auto compacted = store->compact(); !compacted) return failWith(compacted.error());
-  return followUp(options.change, *config, *store, {{"keyframes_removed", *removed}});
+  if (options.change.later) {
+    if (!options.change.json)
+      std::printf(
+          "what they held is overwritten; 'fleet finish', or a core when it ends, writes the file anew without them\n");
+    return followUp(options.change, *config, *store, {{"keyframes_removed", *removed}, {"compacted", false}});
+  }
+  const auto compacted = compactIfDue(options.change, *store);
+  if (!compacted) return failWith(compacted.error());
+  return followUp(options.change, *config, *store, {{"keyframes_removed", *removed}, {"compacted", *compacted}});
 }
 
 }  // namespace
@@ -36,8 +42,8 @@ void addForgetVerb(CLI::App& app, int& exit_code) {
   auto* verb = app.add_subcommand("forget", "Take a robot and all that came from it out of a store at rest");
   verb->footer(
       "Its keyframes, edges and verdicts are gone for good. Merges it was part of are judged anew from the verdicts\n"
-      "between the others. The file is written anew without them, and all its maps are computed anew, which may be\n"
-      "interrupted and done later ('fleet finish', or a core).\n"
+      "between the others. The file is written anew without them, and all its maps are computed anew; both may be\n"
+      "interrupted and done later ('fleet finish', or a core when it ends; until then 'fleet doctor' says so).\n"
       "Example: fleet forget run/map.comap b");
   auto options = std::make_shared<ForgetOptions>();
   verb->add_option("STORE", options->change.store, "Map store that no core is writing")->required();

@@ -27,7 +27,8 @@ struct MapInfo {
 
 struct StoreInfo {
   std::string path, version;
-  bool complete = false;  ///< the core that wrote it has ended in order: poses and tiles are final
+  bool complete = false;     ///< the core that wrote it has ended in order: poses and tiles are final
+  bool compact_due = false;  ///< not yet written anew without what was forgotten
   uintmax_t bytes_on_disk = 0;
   size_t keyframes = 0, keyframes_without_pose = 0, merges = 0, undone_merges = 0, withdrawn_edges = 0;
   std::vector<RobotInfo> robots;  // in order of arrival
@@ -82,6 +83,8 @@ Result<void> addKeyframes(const MapStore& store, StoreInfo& info) {
 Result<StoreInfo> gather(const std::string& path) {
   const Result<MapStore> store = MapStore::open(path, MapStore::Mode::kReadOnly);
   if (!store) return store.error();
+  const auto moment = store->beginReading();
+  if (!moment) return moment.error();
   StoreInfo info;
   info.path = path;
   info.bytes_on_disk = bytesOnDisk(path);
@@ -91,6 +94,9 @@ Result<StoreInfo> gather(const std::string& path) {
   const auto complete = store->meta("complete");
   if (!complete) return complete.error();
   info.complete = *complete == "yes";
+  const auto compact_due = store->compactDue();
+  if (!compact_due) return compact_due.error();
+  info.compact_due = *compact_due;
   if (const auto added = addKeyframes(*store, info); !added) return added.error();
   const auto sizes = store->mapSizes();
   if (!sizes) return sizes.error();
@@ -134,6 +140,7 @@ nlohmann::json jsonOf(const StoreInfo& info) {
           {"bytes_on_disk", info.bytes_on_disk},
           {"schema_version", kStoreVersion},
           {"complete", info.complete},
+          {"compact_due", info.compact_due},
           {"version", info.version.empty() ? nlohmann::json() : nlohmann::json(info.version)},
           {"keyframes", info.keyframes},
           {"keyframes_without_pose", info.keyframes_without_pose},
@@ -169,6 +176,8 @@ void print(const StoreInfo& info) {
     std::printf(
         "INCOMPLETE: the core is still writing or was cut off; poses and tiles are not the final ones\n"
         "('fleet finish', or a core that ends in order, completes them)\n");
+  if (info.compact_due)
+    std::printf("what was forgotten is overwritten; 'fleet finish' writes the file anew without it\n");
   std::printf("edges: %zu odometry, %zu loop, %zu inter-robot, %zu covisibility\n\n", info.edges[0], info.edges[1],
               info.edges[2], info.edges[3]);
 

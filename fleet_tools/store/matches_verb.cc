@@ -26,12 +26,6 @@ std::string failedText(const MatchVerdict& verdict) {
   return text.empty() ? std::string("-") : text;
 }
 
-std::string listed(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + printable(word);
-  return text;
-}
-
 void printCounts(const std::map<std::string, size_t>& counts) {
   TextTable table({"VERDICT", "COUNT"});
   for (const auto& [reason, count] : counts) table.add({reason, std::to_string(count)});
@@ -52,47 +46,64 @@ Stage stageReached(const MatchVerdict& v) {
   return Stage::kFull;
 }
 
-// `any`: whether there are others than these.
-void print(const std::vector<MatchVerdict>& verdicts, bool any) {
-  if (verdicts.empty()) {
-    std::printf("%s\n", any ? "no such matches"
-                            : "nothing was judged: no keyframe looked enough like an earlier one, of another robot or "
-                              "from elsewhere on its way, to be compared with it");
-    return;
-  }
-  TextTable table({"QUERY", "CANDIDATE", "VERDICT", "FAILED", "FERNS", "INLIERS", "RMS sigma", "DEGENERACY", "GREY",
-                   "THROUGH", "UNLIKE", "FEATURES", "TRIP mm", "TRIP deg", "APART m"});
-  for (const MatchVerdict& v : verdicts) {
+class MatchTable {
+ public:
+  void add(const MatchVerdict& v) {
     const Stage reached = stageReached(v);
     const auto from = [&](Stage stage, double value, int decimals) {
       return reached >= stage ? fixed(value, decimals) : std::string("-");
     };
-    table.add({toString(v.query), toString(v.candidate), v.accepted ? "accepted" : v.reason, failedText(v),
-               from(Stage::kCoarse, v.fern_dissimilarity, 3), from(Stage::kCoarse, v.inlier_ratio, 3),
-               from(Stage::kCoarse, v.rms_sigma, 2), from(Stage::kFull, v.degeneracy, 5),
-               from(Stage::kFull, v.photometric_median, 1), from(Stage::kSurface, v.seen_through, 3),
-               from(Stage::kAppearance, v.unlike, 2), from(Stage::kAppearance, v.features, 2),
-               from(Stage::kRoundTrip, 1000 * v.round_trip_m, 1),
-               from(Stage::kRoundTrip, v.round_trip_rad * 180 / std::numbers::pi, 2),
-               fixed(v.T_candidate_query.translation().norm(), 3)});
+    table_.add({toString(v.query), toString(v.candidate), v.accepted ? "accepted" : v.reason, failedText(v),
+                from(Stage::kCoarse, v.fern_dissimilarity, 3), from(Stage::kCoarse, v.inlier_ratio, 3),
+                from(Stage::kCoarse, v.rms_sigma, 2), from(Stage::kFull, v.degeneracy, 5),
+                from(Stage::kFull, v.photometric_median, 1), from(Stage::kSurface, v.seen_through, 3),
+                from(Stage::kAppearance, v.unlike, 2), from(Stage::kAppearance, v.features, 2),
+                from(Stage::kRoundTrip, 1000 * v.round_trip_m, 1),
+                from(Stage::kRoundTrip, v.round_trip_rad * 180 / std::numbers::pi, 2),
+                fixed(v.T_candidate_query.translation().norm(), 3)});
   }
-  std::printf("%s", table.text().c_str());
+  /// `any`: whether there are others than these.
+  void print(bool any) const {
+    const char* none = any ? "no such matches\n"
+                           : "nothing was judged: no keyframe looked enough like an earlier one, of another robot or "
+                             "from elsewhere on its way, to be compared with it\n";
+    const std::string text = table_.empty() ? none : table_.text();
+    std::fwrite(text.data(), 1, text.size(), stdout);
+  }
+
+ private:
+  TextTable table_{{"QUERY", "CANDIDATE", "VERDICT", "FAILED", "FERNS", "INLIERS", "RMS sigma", "DEGENERACY", "GREY",
+                    "THROUGH", "UNLIKE", "FEATURES", "TRIP mm", "TRIP deg", "APART m"}};
+};
+
+// One document, written as its parts come: that of very many verdicts would not fit into memory.
+Result<void> printJsonOf(const MapStore& store, const VerdictFilter& filter,
+                         const std::map<std::string, size_t>& counts) {
+  std::printf("{\n\"counts\": %s,\n\"matches\": [", nlohmann::json(counts).dump().c_str());
+  const char* between = "\n";
+  const auto all = store.eachVerdict(filter, [&](const MatchVerdict& verdict) {
+    const std::string text = jsonOf(verdict).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    std::printf("%s%s", between, text.c_str());
+    between = ",\n";
+  });
+  std::printf("\n]\n}\n");
+  return all;
 }
 
 int run(const MatchesOptions& options) {
   const Result<MapStore> store = MapStore::open(options.store, MapStore::Mode::kReadOnly);
   if (!store) return failWith(store.error());
+  const auto moment = store->beginReading();
+  if (!moment) return failWith(moment.error());
   if (!options.robot.empty()) {
     const auto robots = store->robots();
     if (!robots) return failWith(robots.error());
     if (std::find(robots->begin(), robots->end(), options.robot) == robots->end())
-      return failWith({ErrorCode::kWrongUse, options.store + ": holds no robot '" + printable(options.robot) +
-                                                 "', but " + (robots->empty() ? "none" : listed(*robots))});
+      return failWith({ErrorCode::kWrongUse,
+                       options.store + ": holds no robot '" + printable(options.robot) + "', but " + listed(*robots)});
   }
   VerdictFilter filter{std::nullopt, options.reason, options.robot, false};
   if (options.refused) filter.accepted = false;
-  const Result<std::vector<MatchVerdict>> verdicts = store->verdicts(filter);
-  if (!verdicts) return failWith(verdicts.error());
   const auto counts = store->verdictCounts(options.robot);
   if (!counts) return failWith(counts.error());
   // A word that no match was judged with is a slip, unless there is nothing to have judged.
@@ -103,16 +114,15 @@ int run(const MatchesOptions& options) {
                                                (options.robot.empty() ? "" : " of robot " + options.robot) +
                                                " was judged so, but " + listed(words)});
   }
-  if (!options.json) {
-    print(*verdicts, !counts->empty());
-    printCounts(*counts);
-    return 0;
+  if (options.json) {
+    const auto printed = printJsonOf(*store, filter, *counts);
+    return printed ? 0 : failWith(printed.error());
   }
-  nlohmann::json matches = nlohmann::json::array();
-  for (const MatchVerdict& verdict : *verdicts) matches.push_back(jsonOf(verdict));
-  nlohmann::json document = {{"counts", *counts}};
-  document["matches"] = std::move(matches);  // a copy of very many would take longer than all the rest
-  printJson(document);
+  MatchTable table;
+  if (auto all = store->eachVerdict(filter, [&](const MatchVerdict& verdict) { table.add(verdict); }); !all)
+    return failWith(all.error());
+  table.print(!counts->empty());
+  printCounts(*counts);
   return 0;
 }
 

@@ -1,4 +1,9 @@
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -26,11 +31,40 @@ void removeStore(const std::string& path) {
   for (const char* part : {"", "-wal", "-shm"}) std::filesystem::remove(path + part, ignored);
 }
 
+// Also no log of a store that is gone: SQLite would take what is in it for the new one's.
+Result<void> checkFree(const std::string& path) {
+  for (const char* part : {"", "-wal", "-shm"}) {
+    std::error_code code;
+    if (!std::filesystem::exists(std::filesystem::symlink_status(path + part, code))) continue;
+    const std::string what = *part == '\0' ? ": is there already; choose a new name"
+                                           : ": " + path + part + " is there, of another store; choose a new name";
+    return Error{ErrorCode::kWrongUse, "--out " + path + what};
+  }
+  return {};
+}
+
+// A name that outlives a loss of power must not be that of half a file.
+Result<void> synchronise(const std::string& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const bool done = file >= 0 && ::fsync(file) == 0;
+  const int why = errno;
+  if (file >= 0) ::close(file);
+  return done ? Result<void>()
+              : Error{ErrorCode::kUnreachable, path + ": cannot be synchronised: " + std::strerror(why)};
+}
+
+// What has come to be there meanwhile is not written over.
+Result<void> moveTo(const std::string& draft, const std::string& path) {
+  if (auto free = checkFree(path); !free) return free;
+  if (auto durable = synchronise(draft); !durable) return durable;
+  if (renameat2(AT_FDCWD, draft.c_str(), AT_FDCWD, path.c_str(), RENAME_NOREPLACE) == 0) return {};
+  if (errno == EINVAL && std::rename(draft.c_str(), path.c_str()) == 0) return {};  // a file system without that flag
+  return Error{ErrorCode::kUnreachable, draft + ": cannot be renamed to " + path + ": " + std::strerror(errno)};
+}
+
 // Under another name until all that is whole is in it: half of it would look like a whole store.
 Result<StoreSurvey> save(const RecoverArguments& arguments) {
-  std::error_code code;
-  if (std::filesystem::exists(arguments.change.store, code))
-    return Error{ErrorCode::kWrongUse, "--out " + arguments.change.store + ": is there already; choose a new name"};
+  if (auto free = checkFree(arguments.change.store); !free) return free.error();
   const auto lock = StoreLock::take(arguments.damaged);
   if (!lock) return lock.error();
   auto survey = [&] {
@@ -44,17 +78,11 @@ Result<StoreSurvey> save(const RecoverArguments& arguments) {
                                           " lost; 'fleet doctor' tells what is damaged"};
   const std::string draft = arguments.change.store + ".part";
   removeStore(draft);  // of a start that was interrupted
-  {
-    auto store = MapStore::open(draft, MapStore::Mode::kCreateOrOpen);
-    if (!store) return store.error();
-    if (auto saved = saveWhole(*survey, *store); !saved) {
-      store = Error{saved.error()};  // closes it
-      removeStore(draft);
-      return saved.error();
-    }
+  if (auto saved = saveWhole(*survey, draft); !saved) {
+    removeStore(draft);
+    return saved.error();
   }
-  std::filesystem::rename(draft, arguments.change.store, code);
-  if (code) return Error{ErrorCode::kUnreachable, draft + ": cannot be renamed: " + code.message()};
+  if (auto moved = moveTo(draft, arguments.change.store); !moved) return moved.error();
   return survey;
 }
 

@@ -16,21 +16,19 @@
 namespace comap {
 namespace {
 
-// finishMaps() counts from the beginning when it comes to fusion.
-class FinishProgress {
+// A line for each phase.
+class PhaseLines {
  public:
-  void show(size_t done, size_t all) {
-    if (!line_ || done < last_) {
-      const char* what = line_ ? "fusing keyframes" : "measuring keyframes against each other";
-      line_.emplace(what);
-    }
-    last_ = done;
+  void show(FinishPhase phase, size_t done, size_t all) {
+    if (!line_ || phase != phase_)
+      line_.emplace(phase == FinishPhase::kMeasuring ? "measuring keyframes against each other" : "fusing keyframes");
+    phase_ = phase;
     line_->show(done, all);
   }
 
  private:
   std::optional<Progress> line_;
-  size_t last_ = 0;
+  FinishPhase phase_ = FinishPhase::kMeasuring;
 };
 
 nlohmann::json describe(const MapBuilder& builder, const std::vector<Tile>& tiles, const MapChange& recast) {
@@ -81,9 +79,9 @@ Result<nlohmann::json> computeMaps(const StoreChange& change, const CoreConfig& 
     if (!judged) return judged.error();
     recast = std::move(*judged);
   }
-  FinishProgress progress;
+  PhaseLines lines;
   const auto tiles = finishMaps(builder, store, config.service.mapping.fusion.stable_confidence,
-                                [&](size_t done, size_t all) { progress.show(done, all); });
+                                [&](FinishPhase phase, size_t done, size_t all) { lines.show(phase, done, all); });
   if (!tiles) return tiles.error();
   const auto keyframes = store.keyframes();
   if (!keyframes) return keyframes.error();
@@ -91,6 +89,22 @@ Result<nlohmann::json> computeMaps(const StoreChange& change, const CoreConfig& 
                                        [](const StoredKeyframe& keyframe) { return keyframe.map.empty(); });
   if (auto stored = store.setMeta("complete", all_mapped ? "yes" : "no"); !stored) return stored.error();
   return describe(builder, *tiles, recast);
+}
+
+Result<bool> compactIfDue(const StoreChange& change, MapStore& store) {
+  const auto due = store.compactDue();
+  if (!due || !*due) return due;
+  if (auto compacted = store.compact(); !compacted)
+    return Error{compacted.error().code,
+                 change.store +
+                     ": the records are changed, but the file could not be written anew without what was forgotten "
+                     "('fleet finish' tries again): " +
+                     compacted.error().text};
+  if (!change.json) {
+    std::printf("the file is written anew, without what was forgotten\n");
+    std::fflush(stdout);
+  }
+  return true;
 }
 
 int followUp(const StoreChange& change, const CoreConfig& config, MapStore& store, nlohmann::json outcome) {

@@ -29,6 +29,9 @@ Result<CoreConfig> configOf(const StoreChange& change);
 /// the merges that waiting votes made. What fails or is interrupted leaves the records as they are, marked incomplete.
 Result<nlohmann::json> computeMaps(const StoreChange& change, const CoreConfig& config, MapStore& store);
 
+/// Writes the file anew if a robot was forgotten since, and says so. Returns whether it did.
+Result<bool> compactIfDue(const StoreChange& change, MapStore& store);
+
 /// After a decision that is in the records: computes the maps unless --later, adds them to `outcome` and prints that,
 /// as JSON or as tables. Returns the exit code.
 int followUp(const StoreChange& change, const CoreConfig& config, MapStore& store, nlohmann::json outcome);

@@ -5,14 +5,19 @@
 namespace comap {
 
 Result<std::vector<Tile>> finishMaps(MapBuilder& builder, MapStore& store, float min_confidence,
-                                     const std::function<void(size_t, size_t)>& progress) {
+                                     const FinishNews& news) {
+  const auto tellOf = [&](FinishPhase phase) {
+    return [&news, phase](size_t done, size_t all) {
+      if (news) news(phase, done, all);
+    };
+  };
   // Ties are measured from where the map has a pair: from poses that themselves do not depend on how they came to be.
   if (auto untied = builder.untie(); !untied) return untied.error();
   if (auto settled = builder.settle(); !settled) return settled.error();
-  if (auto refined = builder.refine(progress); !refined) return refined.error();
+  if (auto refined = builder.refine(tellOf(FinishPhase::kMeasuring)); !refined) return refined.error();
   if (auto settled = builder.settle(); !settled) return settled.error();
   if (auto stored = builder.storePoses(); !stored) return stored.error();
-  if (auto rebuilt = builder.rebuild(progress); !rebuilt) return rebuilt.error();
+  if (auto rebuilt = builder.rebuild(tellOf(FinishPhase::kFusing)); !rebuilt) return rebuilt.error();
   std::vector<Tile> all;
   TileOptions options;
   options.min_confidence = min_confidence;

@@ -8,10 +8,15 @@
 
 namespace comap {
 
+enum class FinishPhase { kMeasuring, kFusing };  ///< keyframes against each other; keyframes into surfels
+
+/// Hears (done, all) keyframes of a phase.
+using FinishNews = std::function<void(FinishPhase phase, size_t done, size_t all)>;
+
 /// Settles the poses, ties keyframes that see the same surface, settles again; fuses maps anew whose keyframes moved,
-/// and puts poses, tiles and this program's version into the store. `progress` (may be empty) hears (done, all)
-/// keyframes. Returns the tiles, sorted by key.
+/// and puts poses, tiles and this program's version into the store. `news` may be empty. Returns the tiles, sorted by
+/// key.
 Result<std::vector<Tile>> finishMaps(MapBuilder& builder, MapStore& store, float min_confidence,
-                                     const std::function<void(size_t, size_t)>& progress);
+                                     const FinishNews& news);
 
 }  // namespace comap

@@ -339,8 +339,17 @@ Result<void> MappingService::finish(const std::function<void(size_t, size_t)>& p
   }
   for (const Confirmation& one : builder_.onProbation())
     log_("merge " + std::to_string(one.merge) + " is still on probation: " + describe(one));
-  const auto tiles = finishMaps(builder_, store_, options_.mapping.fusion.stable_confidence, progress);
+  const auto tiles = finishMaps(builder_, store_, options_.mapping.fusion.stable_confidence,
+                                [&](FinishPhase, size_t done, size_t all) {
+                                  if (progress) progress(done, all);
+                                });
   if (!tiles) return tiles.error();
+  const auto forgotten = store_.compactDue();
+  if (!forgotten) return forgotten.error();
+  if (*forgotten) {
+    log_("writes the store anew, without what was forgotten");
+    if (auto compacted = store_.compact(); !compacted) log_("not now, it stays due: " + compacted.error().text);
+  }
   return store_.setMeta("complete", "yes");
 }
 

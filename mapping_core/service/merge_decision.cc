@@ -1,7 +1,6 @@
 #include "mapping_core/service/merge_decision.h"
 
 #include <algorithm>
-#include <charconv>
 #include <map>
 
 #include "mapping_core/merge/standing.h"
@@ -22,8 +21,6 @@ Result<MergeRecord> recordOf(const std::vector<MergeRecord>& merges, uint32_t nu
                                 (merges.size() == 1 ? " merge" : " merges"));
   return *found;
 }
-
-std::string againKey(uint32_t merge) { return "merge_given_again_" + std::to_string(merge); }
 
 // Which maps are one: other edges than these do not decide it.
 Result<Standing> shapeOf(const MapStore& store, std::span<const KeyframeId> keyframes, size_t votes_needed) {
@@ -111,7 +108,7 @@ Result<MergeDecision> decideRejoin(MapStore& store, std::span<const KeyframeId> 
     if (!freed) return freed.error();
     freed->undone.clear();
     // On probation again, with what comes from now on: what was known has been overruled.
-    if (auto noted = store.setMeta(againKey(other), std::to_string(keyframes.size())); !noted) return noted.error();
+    if (auto noted = store.setGivenAgain(other, keyframes.size()); !noted) return noted.error();
     decision.merges.push_back(std::move(*freed));
   }
   const auto shape = shapeOf(store, keyframes, votes_needed);
@@ -131,15 +128,9 @@ Result<MergeDecision> decideRejoin(MapStore& store, std::span<const KeyframeId> 
 }
 
 Result<size_t> doubtedSince(const MapStore& store, const MergeRecord& merge) {
-  const auto again = store.meta(againKey(merge.number));
+  const auto again = store.givenAgain(merge.number);
   if (!again) return again.error();
-  if (again->empty()) return size_t{merge.keyframes_ingested};
-  size_t count = 0;
-  const char* end = again->data() + again->size();
-  if (const auto [at, code] = std::from_chars(again->data(), end, count); code != std::errc() || at != end)
-    return Error{ErrorCode::kBadData,
-                 "meta '" + againKey(merge.number) + "' is '" + *again + "', expected a number of keyframes"};
-  return count;
+  return again->value_or(merge.keyframes_ingested);
 }
 
 Result<std::vector<KeyframeId>> mappedKeyframes(const MapStore& store) {

@@ -90,6 +90,9 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
     return migrated.error();
   }
   if (Result<void> indexed = createIndexes(*database); !indexed) return indexed.error();
+  // Who opens a store at rest changes much of it at once: every page that is touched is read and written once.
+  if (mode == Mode::kOpen)
+    if (Result<void> set = database->execute("PRAGMA cache_size = -262144"); !set) return set.error();
   return MapStore(std::make_unique<State>(std::move(*database), std::move(lock)));
 }
 
@@ -100,6 +103,12 @@ Result<void> StoreTransaction::commit() { return transaction_->commit(); }
 
 Result<StoreTransaction> MapStore::begin() {
   Result<Transaction> transaction = Transaction::begin(state_->database);
+  if (!transaction) return transaction.error();
+  return StoreTransaction(std::make_unique<Transaction>(std::move(*transaction)));
+}
+
+Result<StoreTransaction> MapStore::beginReading() const {
+  Result<Transaction> transaction = Transaction::beginReading(state_->database);
   if (!transaction) return transaction.error();
   return StoreTransaction(std::make_unique<Transaction>(std::move(*transaction)));
 }

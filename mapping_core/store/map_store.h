@@ -67,6 +67,8 @@ class MapStore {
   ~MapStore();
 
   Result<StoreTransaction> begin();
+  /// What is read until the end of it is of one moment, though a core writes meanwhile.
+  Result<StoreTransaction> beginReading() const;
 
   /// Idempotent by id: true if it was new. `encoded` is the keyframe message as received.
   Result<bool> addKeyframe(const KeyframeId& id, int64_t stamp_ns, std::span<const uint8_t> encoded);
@@ -94,10 +96,13 @@ class MapStore {
   Result<std::vector<Edge>> restoreEdges(uint32_t merge);
   /// Takes out all of one kind, withdrawn ones too.
   Result<void> removeEdges(EdgeKind kind);
+  /// Takes out closures of merges that are not in the store.
+  Result<void> removeClosuresOfNone();
   /// The edge is kept, but holds no longer because `merge` was undone; 0: it holds again. kWrongUse if there is none.
   Result<void> withdrawEdge(const Edge& edge, uint32_t merge);
   Result<void> addVerdict(const MatchVerdict& verdict);
-  /// In order of judgement.
+  /// In order of judgement; one at a time, where there are too many to be kept.
+  Result<void> eachVerdict(const VerdictFilter& filter, const std::function<void(MatchVerdict&& verdict)>& take) const;
   Result<std::vector<MatchVerdict>> verdicts(const VerdictFilter& filter = {}) const;
   /// How many verdicts there are of each reason, "accepted" among them; of one robot if it is not empty.
   Result<std::map<std::string, size_t>> verdictCounts(const std::string& robot = "") const;
@@ -129,11 +134,18 @@ class MapStore {
 
   /// Takes out all that came from `robot`: keyframes, edges and verdicts of theirs, and every merge that holds and that
   /// the robot was part of, with its closures; whether the others' maps belong together is then to be judged anew from
-  /// their verdicts. Undone merges stay as long as closures of theirs do. Returns the number of keyframes.
-  /// kWrongUse if the store knows no such robot. What was deleted is in the file's free pages until compact().
+  /// their verdicts. Undone merges stay as long as closures of theirs do. Tiles of its maps go too. Returns the number
+  /// of keyframes. kWrongUse if the store knows no such robot. What was deleted is overwritten with zeros; its room,
+  /// and what earlier changes may have left there, goes with compact().
   Result<size_t> removeRobot(const std::string& robot);
-  /// Writes the file anew without what was deleted.
+  /// Whether a robot was removed since the file was last written anew.
+  Result<bool> compactDue() const;
+  /// Writes the file anew without what was deleted. Interrupted, it is still due.
   Result<void> compact();
+
+  /// How many keyframes were mapped when a merge that had been undone was given again; nothing if it never was.
+  Result<std::optional<size_t>> givenAgain(uint32_t merge) const;
+  Result<void> setGivenAgain(uint32_t merge, size_t keyframes);
 
   /// Whether the store takes changes now: some are written and taken back. The error says why it does not.
   Result<void> tryWriting();

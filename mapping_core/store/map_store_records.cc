@@ -155,6 +155,10 @@ Result<void> MapStore::removeEdges(EdgeKind kind) {
   return query->bind(kindName(kind)).run();
 }
 
+Result<void> MapStore::removeClosuresOfNone() {
+  return state_->database.execute("DELETE FROM edges WHERE merge <> 0 AND merge NOT IN (SELECT number FROM merges)");
+}
+
 Result<void> MapStore::withdrawEdge(const Edge& edge, uint32_t merge) {
   Database& database = state_->database;
   Result<Query> query = database.query(
@@ -169,11 +173,18 @@ Result<void> MapStore::withdrawEdge(const Edge& edge, uint32_t merge) {
 }
 
 Result<std::vector<Edge>> MapStore::shapingEdges() const {
-  return readEnds(state_->database,
-                  "SELECT " COMAP_EDGE_ENDS
-                  " FROM edges WHERE kind = 'odometry' AND withdrawn_by = 0 UNION ALL "
-                  "SELECT " COMAP_EDGE_ENDS " FROM edges WHERE merge <> 0 AND withdrawn_by = 0",
-                  [](const Edge&) { return true; });
+  const auto withdrawn =
+      state_->database.integer("SELECT count(*) FROM edges WHERE withdrawn_by <> 0 AND kind = 'odometry'");
+  if (!withdrawn) return withdrawn.error();
+  // The ends stand in an index. What no merge can withdraw need not be looked up, row by row, for whether it holds.
+  const char* sql = *withdrawn == 0
+                        ? "SELECT kind, from_robot, from_session, from_sequence, to_robot, to_session, to_sequence, 0 "
+                          "FROM edges WHERE kind = 'odometry' UNION ALL "
+                          "SELECT " COMAP_EDGE_ENDS " FROM edges WHERE merge <> 0 AND withdrawn_by = 0"
+                        : "SELECT " COMAP_EDGE_ENDS
+                          " FROM edges WHERE kind = 'odometry' AND withdrawn_by = 0 UNION ALL "
+                          "SELECT " COMAP_EDGE_ENDS " FROM edges WHERE merge <> 0 AND withdrawn_by = 0";
+  return readEnds(state_->database, sql, [](const Edge&) { return true; });
 }
 
 Result<std::vector<std::pair<KeyframeId, KeyframeId>>> MapStore::withdrawEdges(
@@ -204,9 +215,8 @@ Result<std::vector<Edge>> MapStore::restoreEdges(uint32_t merge) {
   Database& database = state_->database;
   std::vector<Edge> closures;
   {
-    Result<Query> query = database.query("SELECT " COMAP_EDGE_ENDS
-                                         " FROM edges WHERE withdrawn_by = ?1 AND "
-                                         "withdrawn_by <> 0 AND merge = ?1");
+    Result<Query> query =
+        database.query("SELECT " COMAP_EDGE_ENDS " FROM edges WHERE merge = ?1 AND merge <> 0 AND +withdrawn_by = ?1");
     if (!query) return query.error();
     query->bind(int64_t{merge});
     auto read = readEnds(*query, database.path(), [](const Edge&) { return true; });
@@ -234,7 +244,8 @@ Result<void> MapStore::addVerdict(const MatchVerdict& v) {
   return query->bind(v.T_candidate_query).bind(v.information).run();
 }
 
-Result<std::vector<MatchVerdict>> MapStore::verdicts(const VerdictFilter& filter) const {
+Result<void> MapStore::eachVerdict(const VerdictFilter& filter,
+                                   const std::function<void(MatchVerdict&& verdict)>& take) const {
   // Between ?1 and ?2 lies `accepted`; of one reason, SQLite then finds the rows by the index.
 #define COMAP_FROM_VERDICTS                                      \
   " FROM verdicts WHERE accepted BETWEEN ?1 AND ?2 AND ?3 = '' " \
@@ -253,13 +264,19 @@ Result<std::vector<MatchVerdict>> MapStore::verdicts(const VerdictFilter& filter
   if (!query) return query.error();
   const int64_t first = filter.accepted.value_or(false) ? 1 : 0, last = filter.accepted.value_or(true) ? 1 : 0;
   query->bind(first).bind(last).bind(filter.reason).bind(filter.robot);
-  std::vector<MatchVerdict> result;
   for (;;) {
     const Result<bool> row = query->step();
     if (!row) return row.error();
-    if (!*row) return result;
-    result.push_back(filter.information ? verdictOf(*query) : verdictWithoutInformation(*query));
+    if (!*row) return {};
+    take(filter.information ? verdictOf(*query) : verdictWithoutInformation(*query));
   }
+}
+
+Result<std::vector<MatchVerdict>> MapStore::verdicts(const VerdictFilter& filter) const {
+  std::vector<MatchVerdict> result;
+  const auto all = eachVerdict(filter, [&](MatchVerdict&& verdict) { result.push_back(std::move(verdict)); });
+  if (!all) return all.error();
+  return result;
 }
 
 Result<std::map<std::string, size_t>> MapStore::verdictCounts(const std::string& robot) const {

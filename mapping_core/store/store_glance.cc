@@ -142,34 +142,44 @@ void readSomeTiles(Database& database, size_t most, StoreGlance& glance) {
   }
 }
 
+Result<void> glanceAt(Database& database, size_t most_read, StoreGlance& glance) {
+  const std::string& path = glance.path;
+  std::error_code code;
+  glance.bytes = std::filesystem::file_size(path, code);
+  const auto ours = checkSchema(database);
+  if (!ours) return ours.error();
+  if (!*ours) return Error{ErrorCode::kBadData, path + ": is empty, no map store"};
+  if (const std::string cut_off = cutOffText(path); !cut_off.empty()) glance.damage.push_back(cut_off);
+  remarkCompactDue(database, glance.remarks);
+  checkSmallTables(database, glance.damage);
+  KeyframeRuns known;
+  std::vector<int64_t> numbers;
+  lookAtKeyframes(database, glance, known, numbers);
+  glance.edges = lookAtEnds(database, "edges",
+                            "SELECT from_robot, from_session, from_sequence, to_robot, to_session, to_sequence "
+                            "FROM edges INDEXED BY sqlite_autoindex_edges_1",
+                            known, glance);
+  glance.verdicts = lookAtEnds(database, "verdicts",
+                               "SELECT query_robot, query_session, query_sequence, candidate_robot, "
+                               "candidate_session, candidate_sequence FROM verdicts",
+                               known, glance);
+  const auto merges = database.integer("SELECT count(*) FROM merges");
+  if (merges) glance.merges = static_cast<size_t>(*merges);
+  readSomePictures(database, spread(numbers, most_read), glance);
+  readSomeTiles(database, most_read, glance);
+  return {};
+}
+
 }  // namespace
 
 Result<StoreGlance> glanceAtStore(const std::string& path, size_t most_read) {
   StoreGlance glance;
-  glance.path = path;
-  auto database = openDamaged(path, &glance.damage);
-  if (!database) return database.error();
-  std::error_code code;
-  glance.bytes = std::filesystem::file_size(path, code);
-  const auto ours = checkSchema(*database);
-  if (!ours) return ours.error();
-  if (!*ours) return Error{ErrorCode::kBadData, path + ": is empty, no map store"};
-  checkSmallTables(*database, glance.damage);
-  KeyframeRuns known;
-  std::vector<int64_t> numbers;
-  lookAtKeyframes(*database, glance, known, numbers);
-  glance.edges = lookAtEnds(*database, "edges",
-                            "SELECT from_robot, from_session, from_sequence, to_robot, to_session, to_sequence "
-                            "FROM edges INDEXED BY sqlite_autoindex_edges_1",
-                            known, glance);
-  glance.verdicts = lookAtEnds(*database, "verdicts",
-                               "SELECT query_robot, query_session, query_sequence, candidate_robot, "
-                               "candidate_session, candidate_sequence FROM verdicts",
-                               known, glance);
-  const auto merges = database->integer("SELECT count(*) FROM merges");
-  if (merges) glance.merges = static_cast<size_t>(*merges);
-  readSomePictures(*database, spread(numbers, most_read), glance);
-  readSomeTiles(*database, most_read, glance);
+  const auto done = atOneMoment(path, [&](Database& database) {
+    glance = {};
+    glance.path = path;
+    return glanceAt(database, most_read, glance);
+  });
+  if (!done) return done.error();
   return glance;
 }
 

@@ -1,7 +1,7 @@
 #include "mapping_core/store/store_survey.h"
 
-#include <algorithm>
-#include <filesystem>
+#include <array>
+#include <future>
 
 #include "mapping_core/store/keyframe_runs.h"
 #include "mapping_core/store/record_rows.h"
@@ -18,16 +18,20 @@ constexpr int kTold = 20;  // of what SQLite finds
 
 Error damagedRow(const std::string& text) { return {ErrorCode::kBadData, text}; }
 
-void checkPages(Database& database, std::vector<std::string>& damage) {
-  auto query = database.query("PRAGMA integrity_check(20)");
-  if (!query) return damage.push_back(query.error().text);
+// On a connection of its own: it reads every page, and so do the others.
+std::vector<std::string> checkPages(const std::string& path) {
+  std::vector<std::string> damage;
+  auto database = openDamaged(path);
+  auto query = database ? database->query("PRAGMA integrity_check(20)") : Result<Query>(database.error());
+  if (!query) return {query.error().text};
   for (int told = 0; told <= kTold; ++told) {
     const auto row = query->step();
-    if (!row) return damage.push_back("SQLite's own check ends early: " + row.error().text);
-    if (!*row) return;
+    if (!row) damage.push_back("SQLite's own check ends early: " + row.error().text);
+    if (!row || !*row) break;
     const std::string text = query->text();
     if (text != "ok") addLines("SQLite: ", text, damage);
   }
+  return damage;
 }
 
 void readMeta(Database& database, StoreSurvey& survey) {
@@ -40,52 +44,58 @@ void readMeta(Database& database, StoreSurvey& survey) {
   if (!row) survey.damage.push_back("the settings of the store: " + row.error().text);
 }
 
-Result<void> checkEnds(const KeyframeRuns& whole, const KeyframeId& a, const KeyframeId& b) {
-  for (const KeyframeId& end : {a, b})
-    if (!whole.contains(end))
-      return damagedRow("names keyframe " + toString(end) + ", which is not there or not whole");
-  return {};
+// Keyframes by their place in survey.keyframes.
+Result<std::array<uint32_t, 2>> placesOf(const KeyframeRuns& whole, const KeyframeId& a, const KeyframeId& b) {
+  std::array<uint32_t, 2> places{};
+  for (size_t end = 0; end < 2; ++end) {
+    const KeyframeId& id = end == 0 ? a : b;
+    const auto place = whole.groupOf(id);
+    if (!place) return damagedRow("names keyframe " + toString(id) + ", which is not there or not whole");
+    places[end] = *place;
+  }
+  return places;
 }
 
 void readEdges(Database& database, const KeyframeRuns& whole, StoreSurvey& survey) {
   const auto check = [&](Query& row) -> Result<void> {
-    auto edge = edgeOf(row, database.path());
+    const auto edge = edgeOf(row, database.path());
     if (!edge) return edge.error();
     if (!edge->edge.information.allFinite() || !edge->edge.T_from_to.translation().allFinite())
       return damagedRow("a number of it is none");
-    if (auto ends = checkEnds(whole, edge->edge.from, edge->edge.to); !ends) return ends;
+    const auto places = placesOf(whole, edge->edge.from, edge->edge.to);
+    if (!places) return places.error();
     if (auto values = row.values(); !values) return values;
-    survey.edges.push_back(std::move(*edge));
+    for (const uint32_t place : *places) survey.keyframes[place].has_edge = true;
+    if (edge->edge.kind == EdgeKind::kOdometry) survey.keyframes[(*places)[1]].tied = true;
     return {};
   };
-  surveyTable(database, "edge", COMAP_TABLE_ROWS("edges", "number", COMAP_EDGE_COLUMNS), check, survey.damage);
+  surveyTable(database, "edge", COMAP_TABLE_ROWS("edges", "number", COMAP_EDGE_COLUMNS), check, survey.damage,
+              survey.edges);
 }
 
 void readVerdicts(Database& database, const KeyframeRuns& whole, StoreSurvey& survey) {
   const auto check = [&](Query& row) -> Result<void> {
-    MatchVerdict verdict = verdictOf(row);
-    if (auto ends = checkEnds(whole, verdict.query, verdict.candidate); !ends) return ends;
-    if (auto values = row.values(); !values) return values;
-    survey.verdicts.push_back(std::move(verdict));
-    return {};
+    const MatchVerdict verdict = verdictOf(row);
+    if (auto places = placesOf(whole, verdict.query, verdict.candidate); !places) return places.error();
+    return row.values();
   };
-  surveyTable(database, "verdict", COMAP_TABLE_ROWS("verdicts", "number", COMAP_VERDICT_COLUMNS), check, survey.damage);
+  surveyTable(database, "verdict", COMAP_TABLE_ROWS("verdicts", "number", COMAP_VERDICT_COLUMNS), check, survey.damage,
+              survey.verdicts);
 }
 
 void readMerges(Database& database, StoreSurvey& survey) {
   const auto check = [&](Query& row) -> Result<void> {
     MergeRecord merge = mergeOf(row);
-    const uint32_t undone_by = row.unsigned32();
+    (void)row.unsigned32();  // with whose undoing it went: a number like others
     if (auto values = row.values(); !values) return values;
     if (auto lists = readMergeLists(database, merge); !lists) return lists;
     if (!merge.T_kept_absorbed.translation().allFinite()) return damagedRow("a number of it is none");
     if (merge.kept.empty() || merge.absorbed.empty()) return damagedRow("names no map");
-    if (!merge.undone.empty()) survey.undone_by[merge.number] = undone_by;
     survey.merges.push_back(std::move(merge));
     return {};
   };
   surveyTable(database, "merge", COMAP_TABLE_ROWS("merges", "number", COMAP_MERGE_COLUMNS ", undone_by"), check,
-              survey.damage);
+              survey.damage, survey.merge_rows);
 }
 
 void readTiles(Database& database, StoreSurvey& survey) {
@@ -96,28 +106,45 @@ void readTiles(Database& database, StoreSurvey& survey) {
     ++survey.tiles;
     return {};
   };
-  surveyTable(database, "tile", COMAP_TABLE_ROWS("tiles", "number", "surfels, zstd"), check, survey.damage);
+  KeptRows kept;
+  surveyTable(database, "tile", COMAP_TABLE_ROWS("tiles", "number", "surfels, zstd"), check, survey.damage, kept);
+}
+
+Result<void> surveyTables(Database& database, StoreSurvey& survey,
+                          const std::function<void(size_t, size_t)>& progress) {
+  const std::string& path = survey.path;
+  const auto ours = checkSchema(database);
+  if (!ours) return ours.error();
+  if (!*ours) return Error{ErrorCode::kBadData, path + ": is empty, no map store"};
+  if (const std::string cut_off = cutOffText(path); !cut_off.empty()) survey.damage.push_back(cut_off);
+  auto pages = std::async(std::launch::async, checkPages, path);
+  const size_t before_rows = survey.damage.size();
+  readMeta(database, survey);
+  remarkCompactDue(database, survey.remarks);
+  surveyKeyframes(database, survey, progress);
+  KeyframeRuns whole;
+  for (size_t i = 0; i < survey.keyframes.size(); ++i)
+    whole.add(survey.keyframes[i].stored.id, static_cast<uint32_t>(i));
+  readEdges(database, whole, survey);
+  readVerdicts(database, whole, survey);
+  readMerges(database, survey);
+  readTiles(database, survey);
+  const std::vector<std::string> of_pages = pages.get();
+  survey.damage.insert(survey.damage.begin() + static_cast<std::ptrdiff_t>(before_rows), of_pages.begin(),
+                       of_pages.end());
+  return {};
 }
 
 }  // namespace
 
 Result<StoreSurvey> surveyStore(const std::string& path, const std::function<void(size_t, size_t)>& progress) {
   StoreSurvey survey;
-  survey.path = path;
-  auto database = openDamaged(path, &survey.damage);
-  if (!database) return database.error();
-  const auto ours = checkSchema(*database);
-  if (!ours) return ours.error();
-  if (!*ours) return Error{ErrorCode::kBadData, path + ": is empty, no map store"};
-  checkPages(*database, survey.damage);
-  readMeta(*database, survey);
-  surveyKeyframes(*database, survey, progress);
-  KeyframeRuns whole;
-  for (const StoredKeyframe& keyframe : survey.keyframes) whole.add(keyframe.id);
-  readEdges(*database, whole, survey);
-  readVerdicts(*database, whole, survey);
-  readMerges(*database, survey);
-  readTiles(*database, survey);
+  const auto done = atOneMoment(path, [&](Database& database) -> Result<void> {
+    survey = {};
+    survey.path = path;
+    return surveyTables(database, survey, progress);
+  });
+  if (!done) return done.error();
   return survey;
 }
 

@@ -7,33 +7,43 @@
 #include <string>
 #include <vector>
 
+#include "mapping_core/store/kept_rows.h"
 #include "mapping_core/store/map_store.h"
 
 namespace comap {
 
-/// Of each kind the whole records, in the store's order; a record that names a keyframe that is not whole is not.
+/// A keyframe whose message is whole.
+struct WholeKeyframe {
+  StoredKeyframe stored;              ///< an empty map: not mapped, or its pose is lost
+  bool described = true;              ///< false: its row is lost or says something else than its message
+  bool linked = false, tied = false;  ///< its message ties it to `linked_to`; an odometry edge ties it to one before
+  uint32_t linked_to = 0;
+  bool has_edge = false;
+};
+
+/// Of each kind which records are whole; a record that names a keyframe that is not whole is not.
 struct StoreSurvey {
   std::string path;
   std::map<std::string, std::string> meta;
-  std::vector<StoredKeyframe> keyframes;  ///< an empty map: not mapped, or its pose is lost
-  std::vector<WithdrawnEdge> edges;       ///< withdrawn_by 0: holds
-  std::vector<MatchVerdict> verdicts;
+  std::vector<WholeKeyframe> keyframes;                                 ///< in the store's order
+  KeptRows descriptions, messages, poses, edges, verdicts, merge_rows;  ///< `descriptions`: that messages agree with
   std::vector<MergeRecord> merges;
-  std::map<uint32_t, uint32_t> undone_by;  ///< of merges that were undone
   size_t tiles = 0;
   size_t lost_keyframes = 0;  ///< as far as can be told
 
   std::vector<std::string> damage;   ///< a sentence each; empty: the store is whole
-  std::vector<std::string> remarks;  ///< what is no damage, but worth knowing: gaps in the sequences
+  std::vector<std::string> remarks;  ///< what is no damage, but worth knowing, such as gaps in the sequences
 };
 
-/// Reads only. kUnreachable or kBadData if the file is no store, or so damaged that nothing of it can be told.
-/// `progress` (may be empty) hears (done, all) keyframes as their pictures are read, which is most of the work.
+/// Reads only, all as it was at one moment, though a core may write meanwhile. kUnreachable or kBadData if the file is
+/// no store, or so damaged that nothing of it can be told. `progress` (may be empty) hears (done, all) keyframes as
+/// their pictures are read, which is most of the work.
 Result<StoreSurvey> surveyStore(const std::string& path, const std::function<void(size_t, size_t)>& progress = {});
 
-/// Writes all that is whole into `to`, an empty store; poses and tiles are left to whoever computes the maps anew.
-/// Odometry edges that are lost are taken from the keyframes themselves. Closures of a merge that is lost are left out:
-/// their verdicts can join the maps again.
-Result<void> saveWhole(const StoreSurvey& survey, MapStore& to);
+/// Writes all that is whole into a new store at `path`, and nothing that is there is looked at; tiles are left to
+/// whoever computes the maps anew. Odometry edges that are lost are taken from the keyframes themselves. Closures of a
+/// merge that is lost are left out: their verdicts can join the maps again. What fails or is interrupted leaves half a
+/// store, so that it should get its name afterwards.
+Result<void> saveWhole(const StoreSurvey& survey, const std::string& path);
 
 }  // namespace comap

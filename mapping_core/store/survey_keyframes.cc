@@ -3,6 +3,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <limits>
 #include <set>
 
 #include "mapping_core/store/survey_rows.h"
@@ -16,50 +17,71 @@ Error damagedRow(const std::string& text) { return {ErrorCode::kBadData, text}; 
 // What the table of keyframes says of one message.
 struct Description {
   KeyframeId id;
-  int64_t crc32 = 0;
+  int64_t bytes = 0, crc32 = 0;
 };
+#define COMAP_DESCRIPTION_COLUMNS "robot, session, sequence, bytes, crc32"
+
+Description descriptionOf(Query& row) {
+  Description description;
+  description.id = row.keyframeId();
+  description.bytes = row.integer();
+  description.crc32 = row.integer();
+  return description;
+}
 
 std::map<int64_t, Description> readDescriptions(Database& database, StoreSurvey& survey) {
   std::map<int64_t, Description> result;
   const auto check = [&](Query& row) -> Result<void> {
     const int64_t arrival = row.integer();
-    Description description;
-    description.id = row.keyframeId();
-    description.crc32 = row.integer();
+    const Description description = descriptionOf(row);
     if (auto values = row.values(); !values) return values;
     result[arrival] = description;
     return {};
   };
+  KeptRows kept;
   surveyTable(database, "row of keyframe",
-              COMAP_TABLE_ROWS("keyframes", "arrival", "arrival, robot, session, sequence, crc32"), check,
-              survey.damage);
+              COMAP_TABLE_ROWS("keyframes", "arrival", "arrival, " COMAP_DESCRIPTION_COLUMNS), check, survey.damage,
+              kept);
+  if (!kept.all()) survey.descriptions.skip();
   return result;
 }
 
-struct WholeKeyframe {
-  StoredKeyframe stored;
+struct ReadKeyframe {
+  WholeKeyframe whole;
   uint32_t skipped = 0;  // sequences before it that its robot never sent
 };
 
 // Against its checksum; a message whose row is lost must be readable to the last pixel.
-Result<WholeKeyframe> wholeKeyframe(std::span<const uint8_t> message, const Description* description) {
+Result<ReadKeyframe> readMessage(std::span<const uint8_t> message, const Description* description) {
   if (description != nullptr && crc32_z(0, message.data(), message.size()) != static_cast<uLong>(description->crc32))
     return damagedRow(toString(description->id) + ", its message is damaged (checksum)");
   const auto keyframe = description != nullptr ? decodeKeyframeWithoutImages(message) : decodeKeyframe(message);
   if (!keyframe) return damagedRow("its message is damaged (" + keyframe.error().text + ")");
   if (description != nullptr && keyframe->id != description->id)
     return damagedRow("its row says " + toString(description->id) + ", its message " + toString(keyframe->id));
-  WholeKeyframe whole;
-  whole.stored.id = keyframe->id;
-  whole.stored.stamp_ns = keyframe->stamp_ns;
-  whole.stored.bytes = message.size();
-  whole.skipped = keyframe->skipped;
-  return whole;
+  ReadKeyframe read;
+  StoredKeyframe& stored = read.whole.stored;
+  stored.id = keyframe->id;
+  stored.stamp_ns = keyframe->stamp_ns;
+  stored.bytes = message.size();
+  read.whole.linked = keyframe->linked;
+  read.whole.linked_to = keyframe->linked_to;
+  read.skipped = keyframe->skipped;
+  return read;
+}
+
+// What is wrong with the description of a message that is whole; empty if nothing is.
+std::string wrongIn(const Description* description, const StoredKeyframe& stored) {
+  if (description == nullptr) return "its row is lost, its message is whole";
+  if (description->bytes != static_cast<int64_t>(stored.bytes))
+    return "its row says " + std::to_string(description->bytes) + " bytes, its message has " +
+           std::to_string(stored.bytes);
+  return "";
 }
 
 void readPoses(Database& database, StoreSurvey& survey) {
   std::map<int64_t, StoredKeyframe*> by_arrival;
-  for (StoredKeyframe& keyframe : survey.keyframes) by_arrival[keyframe.arrival] = &keyframe;
+  for (WholeKeyframe& keyframe : survey.keyframes) by_arrival[keyframe.stored.arrival] = &keyframe.stored;
   const auto check = [&](Query& row) -> Result<void> {
     const int64_t arrival = row.integer();
     const std::string map = row.text();
@@ -73,7 +95,8 @@ void readPoses(Database& database, StoreSurvey& survey) {
     return {};
   };
   surveyTable(database, "pose of keyframe",
-              COMAP_TABLE_ROWS("poses", "keyframe", "keyframe, map, qx, qy, qz, qw, tx, ty, tz"), check, survey.damage);
+              COMAP_TABLE_ROWS("poses", "keyframe", "keyframe, map, qx, qy, qz, qw, tx, ty, tz"), check, survey.damage,
+              survey.poses);
 }
 
 // Sequences that are neither there nor were skipped by their robot.
@@ -103,24 +126,32 @@ void surveyKeyframes(Database& database, StoreSurvey& survey, const std::functio
     seen.insert(arrival);
     if (progress) progress(std::min(seen.size(), descriptions.size()), descriptions.size());
     const auto message = row.bytes();
-    const auto description = descriptions.find(arrival);
-    auto whole = wholeKeyframe(message, description == descriptions.end() ? nullptr : &description->second);
-    if (!whole) return whole.error();
-    StoredKeyframe& stored = whole->stored;
+    const auto found = descriptions.find(arrival);
+    const Description* description = found == descriptions.end() ? nullptr : &found->second;
+    auto read = readMessage(message, description);
+    if (!read) return read.error();
+    StoredKeyframe& stored = read->whole.stored;
+    if (arrival > std::numeric_limits<uint32_t>::max()) return damagedRow("expected a number below 4294967296");
     if (!ids.insert(stored.id).second) return damagedRow("is there twice: " + toString(stored.id));
     stored.arrival = static_cast<uint32_t>(arrival);
-    skipped[{stored.id.robot, stored.id.session}][stored.id.sequence] = whole->skipped;
-    if (description == descriptions.end())
-      survey.damage.push_back("keyframe " + toString(stored.id) + ": its row is lost, its message is whole");
-    survey.keyframes.push_back(std::move(stored));
+    skipped[{stored.id.robot, stored.id.session}][stored.id.sequence] = read->skipped;
+    const std::string wrong = wrongIn(description, stored);
+    read->whole.described = wrong.empty();
+    if (wrong.empty())
+      survey.descriptions.add(arrival);
+    else
+      survey.descriptions.skip();
+    if (!wrong.empty()) survey.damage.push_back("keyframe " + toString(stored.id) + ": " + wrong);
+    survey.keyframes.push_back(std::move(read->whole));
     return {};
   };
   survey.lost_keyframes =
       surveyTable(database, "keyframe", COMAP_TABLE_ROWS("keyframe_messages", "keyframe", "keyframe, encoded"), check,
-                  survey.damage);
+                  survey.damage, survey.messages);
   for (const auto& [arrival, description] : descriptions) {
     if (ids.contains(description.id) || seen.contains(arrival)) continue;
     survey.damage.push_back("keyframe " + toString(description.id) + ": its message is not there");
+    survey.descriptions.skip();
   }
   // Where not even their number can be read, the rows that describe them tell it.
   survey.lost_keyframes =
@@ -130,18 +161,17 @@ void surveyKeyframes(Database& database, StoreSurvey& survey, const std::functio
 }
 
 Result<void> checkMessage(Database& database, int64_t arrival) {
-  auto query = database.query(
-      "SELECT robot, session, sequence, crc32, encoded FROM keyframes JOIN keyframe_messages ON keyframe = arrival "
-      "WHERE arrival = ?");
+  auto query = database.query("SELECT " COMAP_DESCRIPTION_COLUMNS
+                              ", encoded FROM keyframes JOIN keyframe_messages ON keyframe = arrival "
+                              "WHERE arrival = ?");
   if (!query) return query.error();
   const auto row = query->bind(arrival).step();
   if (!row) return row.error();
   if (!*row) return damagedRow("its message is not there");
-  Description description;
-  description.id = query->keyframeId();
-  description.crc32 = query->integer();
-  const auto whole = wholeKeyframe(query->bytes(), &description);
-  if (!whole) return whole.error();
+  const Description description = descriptionOf(*query);
+  const auto read = readMessage(query->bytes(), &description);
+  if (!read) return read.error();
+  if (const std::string wrong = wrongIn(&description, read->whole.stored); !wrong.empty()) return damagedRow(wrong);
   return query->values();
 }
 

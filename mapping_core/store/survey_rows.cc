@@ -56,8 +56,13 @@ Result<bool> checkRow(Database& database, const char* one, int64_t number, const
   return true;
 }
 
+bool hasLog(Database& database) {
+  auto mode = database.query("PRAGMA journal_mode");
+  return mode && mode->step() && mode->text() == "wal";
+}
+
 // The number from which on rows are to be asked for one by one; nothing if all were read and are whole.
-std::optional<int64_t> readToDamage(Database& database, const char* all, const RowCheck& check) {
+std::optional<int64_t> readToDamage(Database& database, const char* all, const RowCheck& check, KeptRows& kept) {
   int64_t next = 0;
   auto query = database.query(all);
   if (!query) return next;
@@ -67,24 +72,17 @@ std::optional<int64_t> readToDamage(Database& database, const char* all, const R
     if (!*row) return std::nullopt;
     const int64_t number = query->integer();
     if (number < next || !check(*query)) return next;  // out of order: the tree itself is damaged
+    kept.add(number);
     next = number + 1;
   }
 }
 
 }  // namespace
 
-Result<Database> openDamaged(const std::string& path, std::vector<std::string>* damage) {
+std::string cutOffText(const std::string& path) {
   constexpr std::streamoff kPageSizeAt = 16, kPagesAt = 28;
-  std::error_code none;
-  const auto status = std::filesystem::status(path, none);
-  if (!std::filesystem::is_regular_file(status))
-    return Error{ErrorCode::kUnreachable,
-                 path + (std::filesystem::is_directory(status) ? ": is a folder, expected a map store"
-                         : std::filesystem::exists(status)     ? ": is no regular file, expected a map store"
-                                                               : ": no such file")};
-  auto database = Database::open(std::filesystem::absolute(path).string(), SQLITE_OPEN_READONLY);
   std::error_code code;
-  if (!database || std::filesystem::exists(path + "-wal", code)) return database;  // pages may be in its log
+  if (std::filesystem::exists(path + "-wal", code)) return "";  // pages may be in its log
   std::ifstream file(path, std::ios::binary);
   const auto number = [&](std::streamoff at, int bytes) {
     uint64_t value = 0;
@@ -95,12 +93,46 @@ Result<Database> openDamaged(const std::string& path, std::vector<std::string>* 
   const uint64_t told = number(kPageSizeAt, 2), pages = number(kPagesAt, 4);
   const uint64_t page_bytes = told == 1 ? 65536 : told;
   const uint64_t bytes = std::filesystem::file_size(path, code);
-  if (!file || code || page_bytes * pages <= bytes) return database;
-  database->readCutOff();
-  if (damage != nullptr)
-    damage->push_back("the file is cut off: it has " + std::to_string(bytes) + " bytes, and its head tells of " +
-                      std::to_string(page_bytes * pages));
+  if (!file || code || page_bytes * pages <= bytes) return "";
+  return "the file is cut off: it has " + std::to_string(bytes) + " bytes, and its head tells of " +
+         std::to_string(page_bytes * pages);
+}
+
+Result<Database> openDamaged(const std::string& path) {
+  std::error_code none;
+  const auto status = std::filesystem::status(path, none);
+  if (!std::filesystem::is_regular_file(status))
+    return Error{ErrorCode::kUnreachable,
+                 path + (std::filesystem::is_directory(status) ? ": is a folder, expected a map store"
+                         : std::filesystem::exists(status)     ? ": is no regular file, expected a map store"
+                                                               : ": no such file")};
+  auto database = Database::open(std::filesystem::absolute(path).string(), SQLITE_OPEN_READONLY);
+  if (!database) return database;
+  if (!cutOffText(path).empty()) database->readCutOff();
   return database;
+}
+
+Result<void> atOneMoment(const std::string& path, const std::function<Result<void>(Database&)>& look) {
+  constexpr int kMostTimes = 3;
+  for (int times = 1;; ++times) {
+    auto database = openDamaged(path);
+    if (!database) return database.error();
+    // In its log a core may write on; without one, a core could not start while a transaction is held.
+    const bool logged = hasLog(*database);
+    if (logged)
+      if (auto begun = database->execute("BEGIN"); !begun) return begun.error();
+    const auto before = database->integer("PRAGMA data_version");
+    if (auto looked = look(*database); !looked) return looked;
+    const auto after = database->integer("PRAGMA data_version");
+    const bool changed = !logged && before && after && *before != *after;
+    if (!changed || times == kMostTimes) return {};
+  }
+}
+
+void remarkCompactDue(Database& database, std::vector<std::string>& remarks) {
+  const auto due = database.integer("SELECT count(*) FROM meta WHERE key = 'compact_due'");
+  if (due && *due > 0)  // one that cannot be read is told of by those who look for damage
+    remarks.push_back("what was forgotten is overwritten; 'fleet finish' writes the file anew without it");
 }
 
 void addLines(const std::string& prefix, const std::string& text, std::vector<std::string>& damage) {
@@ -109,9 +141,10 @@ void addLines(const std::string& prefix, const std::string& text, std::vector<st
 }
 
 size_t surveyTable(Database& database, const std::string& what, const TableRows& rows, const RowCheck& check,
-                   std::vector<std::string>& damage) {
-  const auto first = readToDamage(database, rows.all, check);
+                   std::vector<std::string>& damage, KeptRows& kept) {
+  const auto first = readToDamage(database, rows.all, check, kept);
   if (!first) return 0;
+  kept.skip();
   const auto told = database.integer(rows.last);
   const bool known = told && *told >= 0 && *told <= kMostRows;
   int64_t end = known ? *told : kBlindRows;
@@ -125,7 +158,9 @@ size_t surveyTable(Database& database, const std::string& what, const TableRows&
     for (int64_t number = *first; number <= end; ++number) {
       const auto whole = checkRow(database, rows.one, number, check);
       if (whole && *whole && !known) end = std::max(end, number + kBlindRows);
+      if (whole && *whole) kept.add(number);
       if (whole) continue;
+      kept.skip();
       ++failed;
       failures.add(number, reasonOf(whole.error(), database));
     }

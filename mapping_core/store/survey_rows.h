@@ -5,13 +5,23 @@
 #include <string>
 #include <vector>
 
+#include "mapping_core/store/kept_rows.h"
 #include "protocol/storage/database.h"
 
 namespace comap {
 
-/// For reading, cut off or not. Of a file that is cut off `damage`, if given, gets a sentence. kUnreachable if it is
-/// not there or no file.
-Result<Database> openDamaged(const std::string& path, std::vector<std::string>* damage);
+/// For reading, cut off or not. kUnreachable if it is not there or no file.
+Result<Database> openDamaged(const std::string& path);
+
+/// Calls `look` with a store in which all is of one moment, though a core writes meanwhile: table by table, edges would
+/// come without their keyframes. It is called again if a core has begun to write since.
+Result<void> atOneMoment(const std::string& path, const std::function<Result<void>(Database&)>& look);
+
+/// What to say of a file whose end is missing; empty if it is there.
+std::string cutOffText(const std::string& path);
+
+/// Says so if the file was not written anew since a robot was forgotten.
+void remarkCompactDue(Database& database, std::vector<std::string>& remarks);
 
 /// Adds each line of a text by itself.
 void addLines(const std::string& prefix, const std::string& text, std::vector<std::string>& damage);
@@ -32,9 +42,9 @@ struct TableRows {
   }
 
 /// Reads the rows one behind the other; from the first that is not whole on asks for every number up to the table's
-/// last one. What cannot be read or does not pass is told in `damage`, neighbours together, as "WHAT NUMBER: ...".
-/// Returns how many did not pass, as far as can be told.
+/// last one. What cannot be read or does not pass is told in `damage`, neighbours together, as "WHAT NUMBER: ...";
+/// the others are added to `kept`. Returns how many did not pass, as far as can be told.
 size_t surveyTable(Database& database, const std::string& what, const TableRows& rows, const RowCheck& check,
-                   std::vector<std::string>& damage);
+                   std::vector<std::string>& damage, KeptRows& kept);
 
 }  // namespace comap

@@ -1,7 +1,9 @@
 #include "protocol/storage/database.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <cstdio>
 #include <iterator>
 #include <limits>
 #include <utility>
@@ -187,9 +189,10 @@ Matrix6d Query::matrix() {
 
 Result<Database> Database::open(const std::string& path, int flags) {
   Database database(path);
-  const int code = sqlite3_open_v2(path.c_str(), &database.handle_, flags | SQLITE_OPEN_EXRESCODE, nullptr);
+  const int code =
+      sqlite3_open_v2(path.c_str(), &database.handle_, flags | SQLITE_OPEN_EXRESCODE | SQLITE_OPEN_NOMUTEX, nullptr);
   if (code != SQLITE_OK) return database.error(code);
-  sqlite3_busy_timeout(database.handle_, kBusyTimeout_ms);
+  database.waitForOthers();
   sqlite3_limit(database.handle_, SQLITE_LIMIT_LENGTH, kMaxValueBytes);
   // The file may come from anywhere: its schema must not be able to do more than hold data.
   sqlite3_db_config(database.handle_, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
@@ -201,22 +204,28 @@ Result<Database> Database::open(const std::string& path, int flags) {
 Database::Database(Database&& other) noexcept
     : path_(std::move(other.path_)),
       handle_(std::exchange(other.handle_, nullptr)),
-      statements_(std::exchange(other.statements_, {})) {}
+      statements_(std::exchange(other.statements_, {})),
+      made_statements_(std::exchange(other.made_statements_, {})) {}
 
 Database& Database::operator=(Database&& other) noexcept {
   std::swap(path_, other.path_);
   std::swap(handle_, other.handle_);
   std::swap(statements_, other.statements_);
+  std::swap(made_statements_, other.made_statements_);
   return *this;
 }
 
 Database::~Database() {
   for (const auto& [sql, statement] : statements_) sqlite3_finalize(statement);
+  for (const auto& [sql, statement] : made_statements_) sqlite3_finalize(statement);
   sqlite3_close(handle_);
 }
 
-Result<Query> Database::query(const char* sql) {
-  sqlite3_stmt*& statement = statements_[sql];
+Result<Query> Database::query(const char* literal) { return prepared(statements_[literal], literal); }
+
+Result<Query> Database::query(const std::string& sql) { return prepared(made_statements_[sql], sql.c_str()); }
+
+Result<Query> Database::prepared(sqlite3_stmt*& statement, const char* sql) {
   if (statement == nullptr) {
     const int code = sqlite3_prepare_v3(handle_, sql, -1, SQLITE_PREPARE_PERSISTENT, &statement, nullptr);
     if (code != SQLITE_OK) return error(code);
@@ -230,12 +239,25 @@ Result<void> Database::execute(const char* sql) {
   return {};
 }
 
-Result<int64_t> Database::integer(const char* sql) {
-  Result<Query> prepared = query(sql);
-  if (!prepared) return prepared.error();
-  const Result<bool> row = prepared->step();
+Result<int64_t> Database::integer(const char* literal) {
+  Result<Query> asked = query(literal);
+  if (!asked) return asked.error();
+  const Result<bool> row = asked->step();
   if (!row) return row.error();
-  return *row ? prepared->integer() : 0;
+  return *row ? asked->integer() : 0;
+}
+
+Result<void> Database::attachReading(const std::string& path, const std::string& name) {
+  std::string uri = "file:";
+  for (const char c : path) {
+    const bool plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '/' || c == '.' || c == '-' || c == '_';
+    char hex[4];
+    std::snprintf(hex, sizeof hex, "%%%02X", static_cast<unsigned char>(c));
+    uri += plain ? std::string(1, c) : std::string(hex);
+  }
+  Result<Query> attach = query("ATTACH ? AS ?");
+  if (!attach) return attach.error();
+  return attach->bind(uri + "?mode=ro").bind(name).run();
 }
 
 void Database::readCutOff() {
@@ -247,6 +269,8 @@ void Database::leaveWal() {
   sqlite3_busy_timeout(handle_, 0);
   sqlite3_exec(handle_, "PRAGMA journal_mode = DELETE", nullptr, nullptr, nullptr);  // busy: stays in its log, as well
 }
+
+void Database::waitForOthers() { sqlite3_busy_timeout(handle_, kBusyTimeout_ms); }
 
 bool Database::inTransaction() const { return sqlite3_get_autocommit(handle_) == 0; }
 
@@ -261,6 +285,12 @@ Result<Transaction> Transaction::begin(Database& database) {
   const bool nested = database.inTransaction();
   if (Result<void> begun = database.execute(nested ? "SAVEPOINT inner" : "BEGIN IMMEDIATE"); !begun)
     return begun.error();
+  return Transaction(database, nested);
+}
+
+Result<Transaction> Transaction::beginReading(Database& database) {
+  const bool nested = database.inTransaction();
+  if (Result<void> begun = database.execute(nested ? "SAVEPOINT inner" : "BEGIN"); !begun) return begun.error();
   return Transaction(database, nested);
 }
 

@@ -59,6 +59,7 @@ class Query {
   std::string damage_;
 };
 
+/// Thread rule: one thread at a time; SQLite's own locks, one for each value that is read, are left out.
 class Database {
  public:
   /// `flags` as sqlite3_open_v2. kUnreachable if it cannot be opened.
@@ -70,14 +71,21 @@ class Database {
   /// Reads what is there of a file whose end is missing, which SQLite refuses else. Only for one opened for reading.
   void readCutOff();
 
-  /// `sql` must be a literal: statements are kept by its address.
-  Result<Query> query(const char* sql);
+  /// `name` stands for the database at `path`, which is only read. Only if this one was opened with SQLITE_OPEN_URI.
+  Result<void> attachReading(const std::string& path, const std::string& name);
+
+  /// Statements are kept: a literal by its address, which is quick, others by their words.
+  Result<Query> query(const char* literal);
+  Result<Query> query(const std::string& sql);
   /// Statements without parameters or rows.
   Result<void> execute(const char* sql);
-  /// The single integer a statement yields.
-  Result<int64_t> integer(const char* sql);
+  Result<void> execute(const std::string& sql) { return execute(sql.c_str()); }
+  /// The single integer that a statement yields; 0 if it has no row.
+  Result<int64_t> integer(const char* literal);
   int changes() const;
   bool inTransaction() const;
+  /// From now on waits as long for others as it did when it was opened.
+  void waitForOthers();
   /// Puts everything into the one file, if no other connection is open: a finished store can then be read from a
   /// folder that cannot be written, and reading it leaves nothing behind.
   void leaveWal();
@@ -87,15 +95,19 @@ class Database {
 
  private:
   explicit Database(std::string path) : path_(std::move(path)) {}
+  Result<Query> prepared(sqlite3_stmt*& statement, const char* sql);
   std::string path_;
   sqlite3* handle_ = nullptr;
   std::map<const char*, sqlite3_stmt*> statements_;
+  std::map<std::string, sqlite3_stmt*> made_statements_;
 };
 
 /// Rolled back unless committed. One begun within another is part of it: durable when the outer one is committed.
 class Transaction {
  public:
   static Result<Transaction> begin(Database& database);
+  /// All that is read until its end is of one moment, whatever others write; it locks nobody out.
+  static Result<Transaction> beginReading(Database& database);
   Transaction(Transaction&& other) noexcept : database_(other.database_), nested_(other.nested_) {
     other.database_ = nullptr;
   }

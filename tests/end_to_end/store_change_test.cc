@@ -92,14 +92,23 @@ TEST_F(StoreChange, ASplitGivesTheMapsOfBeforeAndItsUndoingTheMapOfAfter) {
   EXPECT_EQ(hashes(again), joint);
   EXPECT_EQ(json("fleet info " + store_).at("withdrawn_edges"), 0);
 
+  const std::string by_hand = folder_.path("by-hand.comap");
+  std::filesystem::copy_file(store_, by_hand);
   json("fleet forget " + later + " b --later");
   letACoreEnd(later);
   EXPECT_EQ(metaOf(later, "SELECT value FROM meta WHERE key = 'votes_wait'"), "no");
-  EXPECT_EQ(json("fleet finish " + later), Json({{"computed", false}})) << "nothing is left to be done";
+  EXPECT_EQ(json("fleet finish " + later), Json({{"computed", false}, {"compacted", false}}))
+      << "nothing is left to be done";
 
   const Json left = json("fleet forget " + store_ + " b");
   EXPECT_GT(left.at("keyframes_removed").get<int>(), 5);
   EXPECT_EQ(hashes(left), alone);
+  EXPECT_FALSE(json("fleet forget " + by_hand + " b --later").at("compacted").get<bool>());
+  EXPECT_GT(std::filesystem::file_size(by_hand), std::filesystem::file_size(store_)) << "the pictures are in it";
+  const Json finished = json("fleet finish " + by_hand);
+  EXPECT_EQ(hashes(finished), alone) << "in two steps the same as in one";
+  EXPECT_TRUE(finished.at("compacted").get<bool>());
+  EXPECT_EQ(std::filesystem::file_size(by_hand), std::filesystem::file_size(store_));
   const auto plyOf = [&](const std::string& store) {
     EXPECT_EQ(runProgram("fleet export " + store + " --format ply --out " + folder_.path("map.ply")).exit_code, 0);
     return contentOf(folder_.path("map.ply"));

@@ -18,7 +18,5 @@ COMAP_FUZZ_TARGET(bytes) {
   for (const char* part : {"", "-wal", "-shm"}) std::filesystem::remove(saved + part);
   const auto survey = surveyStore(path);
   if (!survey) return;
-  auto to = MapStore::open(saved, MapStore::Mode::kCreateOrOpen);
-  fuzz::require(bool(to), "a new store can be made");
-  (void)bool(saveWhole(*survey, *to));
+  (void)bool(saveWhole(*survey, saved));
 }

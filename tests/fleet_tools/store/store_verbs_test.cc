@@ -311,6 +311,26 @@ TEST_F(StoreVerbs, decisionsAreInTheRecordsBeforeTheMaps) {
   EXPECT_EQ(json("merges " + store_)["merges"][0]["keyframes_ingested"], 6) << "when it was made";
   EXPECT_EQ(json("forget " + store_ + " bravo --later")["keyframes_removed"], 3);
   EXPECT_EQ(json("info " + store_)["keyframes"], 3);
+  EXPECT_EQ(json("info " + store_)["compact_due"], true);
+  EXPECT_NE(fleet("doctor " + store_).out.find("remark: what was forgotten is overwritten; 'fleet finish'"),
+            std::string::npos);
+  {
+    auto store = MapStore::open(store_, MapStore::Mode::kOpen);
+    ASSERT_TRUE(store->setMeta("complete", "yes"));  // as if the maps had been computed
+  }
+  EXPECT_EQ(json("finish " + store_), (nlohmann::json{{"computed", false}, {"compacted", true}}));
+  EXPECT_EQ(json("info " + store_)["compact_due"], false);
+  EXPECT_EQ(json("finish " + store_), (nlohmann::json{{"computed", false}, {"compacted", false}}));
+}
+
+TEST_F(StoreVerbs, aStoreIsNotSavedBesideTheLogOfAnother) {
+  fill(1);
+  const std::string saved = (folder_ / "saved.comap").string();
+  std::ofstream(saved + "-wal") << "another store's";
+  const Outcome outcome = fleet("recover --later " + store_ + " --out " + saved);
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find(saved + "-wal is there, of another store"), std::string::npos) << outcome.err;
+  EXPECT_EQ(entries(), (std::set<std::string>{"map.comap", "saved.comap-wal"}));
 }
 
 TEST_F(StoreVerbs, robotNamesBecomeNoPaths) {

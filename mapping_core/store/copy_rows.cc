@@ -1,0 +1,141 @@
+#include "mapping_core/store/copy_rows.h"
+
+#include <zlib.h>
+
+#include "mapping_core/store/schema.h"
+#include "mapping_core/store/survey_keyframes.h"
+#include "mapping_core/store/survey_rows.h"
+
+namespace comap {
+namespace {
+
+// A table, and how its rows are chosen by number.
+struct Source {
+  std::string table, number;
+  std::string further;  // condition
+  const KeptRows& kept;
+  bool all = false;  // every row of the table is wanted
+};
+
+// Columns by name: those of a damaged store may stand in another order.
+Result<std::string> columnsOf(Database& to, const std::string& table) {
+  const std::string sql = "SELECT group_concat(name, ', ') FROM pragma_table_info('" + table + "')";
+  auto query = to.query(sql);
+  if (!query) return query.error();
+  const auto row = query->step();
+  if (!row) return row.error();
+  return query->text();
+}
+
+Result<bool> declaredAlike(Database& to, const std::string& table) {
+  auto query =
+      to.query("SELECT count(*) FROM main.sqlite_schema JOIN damaged.sqlite_schema USING (name, sql) WHERE name = ?");
+  if (!query) return query.error();
+  const auto row = query->bind(table).step();
+  if (!row) return row.error();
+  return query->integer() == 1;
+}
+
+// Rows as they lie in the file, and their indexes: SQLite does so if both tables are declared with the same words and
+// the new one is empty.
+Result<bool> copyAll(Database& to, const Source& source) {
+  const auto alike = declaredAlike(to, source.table);
+  if (!alike || !*alike) return alike;
+  return bool(to.execute("INSERT INTO main." + source.table + " SELECT * FROM damaged." + source.table));
+}
+
+Result<size_t> copyBetween(Database& to, const std::string& sql, const KeptRows::Run& run) {
+  auto query = to.query(sql);
+  if (!query) return query.error();
+  if (auto ran = query->bind(run.first).bind(run.last).run(); !ran) return ran.error();
+  return static_cast<size_t>(to.changes());
+}
+
+// Where a tree is damaged, going along it finds less than asking for each number does, or the other way round.
+Result<void> copyOneByOne(Database& to, const std::string& sql, const KeptRows::Run& run) {
+  for (int64_t number = run.first; number <= run.last; ++number)
+    if (auto copied = copyBetween(to, sql, {number, number, 1}); !copied && copied.error().code != ErrorCode::kBadData)
+      return copied.error();
+  return {};
+}
+
+Result<void> copyTable(Database& to, const Source& source) {
+  if (source.all) {
+    const auto copied = copyAll(to, source);
+    if (!copied || *copied) return copied ? Result<void>() : Result<void>(copied.error());
+  }
+  const auto columns = columnsOf(to, source.table);
+  if (!columns) return columns.error();
+  const std::string sql = "INSERT OR IGNORE INTO main." + source.table + " (" + *columns + ") SELECT " + *columns +
+                          " FROM damaged." + source.table + " WHERE " + source.number + " BETWEEN ? AND ?" +
+                          source.further;
+  for (const KeptRows::Run& run : source.kept.runs()) {
+    const auto copied = copyBetween(to, sql, run);
+    if (copied && *copied >= run.count) continue;
+    if (auto done = copyOneByOne(to, sql, run); !done) return done;
+  }
+  return {};
+}
+
+// Of a keyframe whose row is lost: what its message says.
+Result<void> describe(Database& to, Database& from, const StoredKeyframe& keyframe) {
+  const auto message = messageOf(from, keyframe.arrival);
+  if (!message) return message.error();
+  auto row = to.query(
+      "INSERT INTO main.keyframes (arrival, robot, session, sequence, stamp_ns, bytes, crc32) "
+      "VALUES (?, ?, ?, ?, ?, ?, ?)");
+  if (!row) return row.error();
+  row->bind(int64_t{keyframe.arrival}).bind(keyframe.id).bind(keyframe.stamp_ns);
+  row->bind(static_cast<int64_t>(message->size()));
+  return row->bind(static_cast<int64_t>(crc32_z(0, message->data(), message->size()))).run();
+}
+
+Result<void> copyKeyframes(Database& to, const StoreSurvey& survey) {
+  const bool all = survey.messages.all() && survey.descriptions.all() && survey.poses.all();
+  const std::string there = " AND arrival IN (SELECT keyframe FROM main.keyframe_messages)";
+  for (const Source& source : {Source{"keyframe_messages", "keyframe", "", survey.messages, all},
+                               Source{"keyframes", "arrival", there, survey.descriptions, all}})
+    if (auto copied = copyTable(to, source); !copied) return copied;
+  auto from = openDamaged(survey.path);
+  if (!from) return from.error();
+  for (const WholeKeyframe& keyframe : survey.keyframes)
+    if (!keyframe.described)
+      if (auto described = describe(to, *from, keyframe.stored); !described) return described;
+  if (auto copied = copyTable(to, {"poses", "keyframe", "", survey.poses, all}); !copied) return copied;
+  for (const char* sql : {"DELETE FROM main.poses WHERE keyframe NOT IN (SELECT arrival FROM main.keyframes)",
+                          "INSERT INTO main.robots (bit, name) SELECT row_number() OVER (ORDER BY min(arrival)) - 1, "
+                          "robot FROM main.keyframes GROUP BY robot"})
+    if (auto done = to.execute(sql); !done) return done;
+  return {};
+}
+
+Result<void> copyTables(Database& to, const StoreSurvey& survey) {
+  auto transaction = Transaction::begin(to);
+  if (!transaction) return transaction.error();
+  if (auto copied = copyKeyframes(to, survey); !copied) return copied;
+  const KeptRows& merges = survey.merge_rows;
+  for (const Source& source :
+       {Source{"edges", "number", "", survey.edges, survey.edges.all()},
+        Source{"verdicts", "number", "", survey.verdicts, survey.verdicts.all()},
+        Source{"merges", "number", "", merges, merges.all()}, Source{"merge_robots", "merge", "", merges, merges.all()},
+        Source{"merge_voters", "merge", "", merges, merges.all()}})
+    if (auto copied = copyTable(to, source); !copied) return copied;
+  return transaction->commit();
+}
+
+}  // namespace
+
+Result<void> copyWholeRows(const StoreSurvey& survey, const std::string& path) {
+  auto to = Database::open(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_URI);
+  if (!to) return to.error();
+  // Nobody has the file yet; it is synchronised when it is whole. The cache holds the indexes of 10^6 rows.
+  for (const char* pragma : {"PRAGMA journal_mode = MEMORY", "PRAGMA synchronous = OFF", "PRAGMA cache_size = -262144"})
+    if (auto set = to->execute(pragma); !set) return set;
+  if (auto created = createSchema(*to); !created) return created;
+  if (!cutOffText(survey.path).empty()) to->readCutOff();
+  if (auto attached = to->attachReading(survey.path, "damaged"); !attached) return attached;
+  if (auto copied = copyTables(*to, survey); !copied) return copied;
+  return createIndexes(*to);
+}
+
+}  // namespace comap

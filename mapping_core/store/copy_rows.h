@@ -1,0 +1,13 @@
+// Rows that a survey found whole, from one file into another, by SQLite itself. Inside this folder only.
+#pragma once
+
+#include "mapping_core/store/store_survey.h"
+#include "protocol/storage/database.h"
+
+namespace comap {
+
+/// Makes a store at `path` and copies keyframes, poses, edges, verdicts and merges; of all but keyframes only what
+/// their numbers in the survey are. Until the file is closed a crash leaves it useless.
+Result<void> copyWholeRows(const StoreSurvey& survey, const std::string& path);
+
+}  // namespace comap
