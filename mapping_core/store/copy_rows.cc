@@ -44,17 +44,20 @@ Result<bool> copyAll(Database& to, const Source& source) {
   return bool(to.execute("INSERT INTO main." + source.table + " SELECT * FROM damaged." + source.table));
 }
 
-Result<size_t> copyBetween(Database& to, const std::string& sql, const KeptRows::Run& run) {
+// All of it or nothing: each statement is a transaction of its own. In a larger one SQLite would forbid all further
+// writing once it has come upon damage.
+Result<size_t> copySome(Database& to, const std::string& sql, std::initializer_list<int64_t> numbers) {
   auto query = to.query(sql);
   if (!query) return query.error();
-  if (auto ran = query->bind(run.first).bind(run.last).run(); !ran) return ran.error();
+  for (const int64_t number : numbers) query->bind(number);
+  if (auto ran = query->run(); !ran) return ran.error();
   return static_cast<size_t>(to.changes());
 }
 
 // Where a tree is damaged, going along it finds less than asking for each number does, or the other way round.
 Result<void> copyOneByOne(Database& to, const std::string& sql, const KeptRows::Run& run) {
   for (int64_t number = run.first; number <= run.last; ++number)
-    if (auto copied = copyBetween(to, sql, {number, number, 1}); !copied && copied.error().code != ErrorCode::kBadData)
+    if (auto copied = copySome(to, sql, {number}); !copied && copied.error().code != ErrorCode::kBadData)
       return copied.error();
   return {};
 }
@@ -66,13 +69,13 @@ Result<void> copyTable(Database& to, const Source& source) {
   }
   const auto columns = columnsOf(to, source.table);
   if (!columns) return columns.error();
-  const std::string sql = "INSERT OR IGNORE INTO main." + source.table + " (" + *columns + ") SELECT " + *columns +
-                          " FROM damaged." + source.table + " WHERE " + source.number + " BETWEEN ? AND ?" +
-                          source.further;
+  const std::string copy = "INSERT OR IGNORE INTO main." + source.table + " (" + *columns + ") SELECT " + *columns +
+                           " FROM damaged." + source.table + " WHERE " + source.number;
+  const std::string many = copy + " BETWEEN ? AND ?" + source.further, one = copy + " = ?" + source.further;
   for (const KeptRows::Run& run : source.kept.runs()) {
-    const auto copied = copyBetween(to, sql, run);
+    const auto copied = copySome(to, many, {run.first, run.last});
     if (copied && *copied >= run.count) continue;
-    if (auto done = copyOneByOne(to, sql, run); !done) return done;
+    if (auto done = copyOneByOne(to, one, run); !done) return done;
   }
   return {};
 }
@@ -91,7 +94,7 @@ Result<void> describe(Database& to, Database& from, const StoredKeyframe& keyfra
 }
 
 Result<void> copyKeyframes(Database& to, const StoreSurvey& survey) {
-  const bool all = survey.messages.all() && survey.descriptions.all() && survey.poses.all();
+  const bool all = survey.pages_whole && survey.messages.all() && survey.descriptions.all() && survey.poses.all();
   const std::string there = " AND arrival IN (SELECT keyframe FROM main.keyframe_messages)";
   for (const Source& source : {Source{"keyframe_messages", "keyframe", "", survey.messages, all},
                                Source{"keyframes", "arrival", there, survey.descriptions, all}})
@@ -110,17 +113,16 @@ Result<void> copyKeyframes(Database& to, const StoreSurvey& survey) {
 }
 
 Result<void> copyTables(Database& to, const StoreSurvey& survey) {
-  auto transaction = Transaction::begin(to);
-  if (!transaction) return transaction.error();
   if (auto copied = copyKeyframes(to, survey); !copied) return copied;
   const KeptRows& merges = survey.merge_rows;
   for (const Source& source :
-       {Source{"edges", "number", "", survey.edges, survey.edges.all()},
-        Source{"verdicts", "number", "", survey.verdicts, survey.verdicts.all()},
-        Source{"merges", "number", "", merges, merges.all()}, Source{"merge_robots", "merge", "", merges, merges.all()},
-        Source{"merge_voters", "merge", "", merges, merges.all()}})
+       {Source{"edges", "number", "", survey.edges, survey.pages_whole && survey.edges.all()},
+        Source{"verdicts", "number", "", survey.verdicts, survey.pages_whole && survey.verdicts.all()},
+        Source{"merges", "number", "", merges, survey.pages_whole && merges.all()},
+        Source{"merge_robots", "merge", "", merges, survey.pages_whole && merges.all()},
+        Source{"merge_voters", "merge", "", merges, survey.pages_whole && merges.all()}})
     if (auto copied = copyTable(to, source); !copied) return copied;
-  return transaction->commit();
+  return {};
 }
 
 }  // namespace
@@ -134,8 +136,7 @@ Result<void> copyWholeRows(const StoreSurvey& survey, const std::string& path) {
   if (auto created = createSchema(*to); !created) return created;
   if (!cutOffText(survey.path).empty()) to->readCutOff();
   if (auto attached = to->attachReading(survey.path, "damaged"); !attached) return attached;
-  if (auto copied = copyTables(*to, survey); !copied) return copied;
-  return createIndexes(*to);
+  return copyTables(*to, survey);
 }
 
 }  // namespace comap

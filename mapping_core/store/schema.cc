@@ -94,9 +94,9 @@ CREATE TABLE tiles (
 // Partial: rows that are not of these cost nothing. An index of another shape is given another name, and the old one
 // goes.
 constexpr const char* kIndexes[] = {
-    "DROP INDEX IF EXISTS edges_withdrawn",
-    "CREATE INDEX IF NOT EXISTS edges_withdrawn_by_kind ON edges (withdrawn_by, kind) WHERE withdrawn_by <> 0",
-    "CREATE INDEX IF NOT EXISTS edges_of_merges ON edges (merge) WHERE merge <> 0",
+    "DROP INDEX IF EXISTS main.edges_withdrawn",
+    "CREATE INDEX IF NOT EXISTS main.edges_withdrawn_by_kind ON edges (withdrawn_by, kind) WHERE withdrawn_by <> 0",
+    "CREATE INDEX IF NOT EXISTS main.edges_of_merges ON edges (merge) WHERE merge <> 0",
 };
 
 std::string tables() {

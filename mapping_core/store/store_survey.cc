@@ -130,6 +130,7 @@ Result<void> surveyTables(Database& database, StoreSurvey& survey,
   readMerges(database, survey);
   readTiles(database, survey);
   const std::vector<std::string> of_pages = pages.get();
+  survey.pages_whole = of_pages.empty();
   survey.damage.insert(survey.damage.begin() + static_cast<std::ptrdiff_t>(before_rows), of_pages.begin(),
                        of_pages.end());
   return {};

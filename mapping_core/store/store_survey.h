@@ -31,6 +31,7 @@ struct StoreSurvey {
   size_t tiles = 0;
   size_t lost_keyframes = 0;  ///< as far as can be told
 
+  bool pages_whole = false;          ///< SQLite's own check found nothing: indexes are what the tables say
   std::vector<std::string> damage;   ///< a sentence each; empty: the store is whole
   std::vector<std::string> remarks;  ///< what is no damage, but worth knowing, such as gaps in the sequences
 };
