@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "fleet_tools/view/live_scene.h"
+#include "fleet_tools/view/tile_message.h"
 #include "fleet_tools/watch/observer_link.h"
 #include "tests/end_to_end/background.h"
 #include "tests/end_to_end/flat_test.h"
