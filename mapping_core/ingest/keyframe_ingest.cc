@@ -1,12 +1,15 @@
 #include "mapping_core/ingest/keyframe_ingest.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "protocol/codec/keyframe_codec.h"
 
 namespace comap {
 
 namespace {
+
+constexpr size_t kMostDecoded = 32;  // some 50 MB of usual pictures
 
 std::vector<KeyframeId> rightBefore(const KeyframeId& id, uint32_t count) {
   std::vector<KeyframeId> ids;
@@ -18,13 +21,27 @@ std::vector<KeyframeId> rightBefore(const KeyframeId& id, uint32_t count) {
 }  // namespace
 
 Result<KeyframeIngest::Arrival> KeyframeIngest::ingest(std::span<const uint8_t> encoded) {
-  const auto keyframe = decodeKeyframe(encoded);  // all of it: what is stored must be readable later
+  auto keyframe = decodeKeyframe(encoded);  // all of it: what is stored must be readable later
   if (!keyframe) return keyframe.error();
   const auto added = store_.addKeyframe(keyframe->id, keyframe->stamp_ns, encoded);
   if (!added) return added.error();
   Arrival arrival{keyframe->id, *added, rightBefore(keyframe->id, keyframe->skipped)};
-  if (arrival.is_new) arrived(arrival.id, keyframe->skipped, {});
+  if (arrival.is_new) {
+    arrived(arrival.id, keyframe->skipped, {});
+    decoded_.emplace(arrival.id, std::move(*keyframe));
+    decoded_order_.push_back(arrival.id);
+  }
+  if (decoded_order_.size() > kMostDecoded) {
+    decoded_.erase(decoded_order_.front());
+    decoded_order_.pop_front();
+  }
   return arrival;
+}
+
+std::optional<Keyframe> KeyframeIngest::takeDecoded(const KeyframeId& id) {
+  auto found = decoded_.extract(id);
+  if (found.empty()) return std::nullopt;
+  return std::move(found.mapped());
 }
 
 void KeyframeIngest::arrived(const KeyframeId& id, uint32_t skipped, const std::set<KeyframeId>& mapped) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -35,6 +36,8 @@ class KeyframeIngest {
   /// The next keyframe to map: first come, first served, but of one session strictly by sequence.
   bool hasNext() const { return !ready_.empty(); }
   KeyframeId takeNext();
+  /// The keyframe itself, once, if it came lately and need not be read from the store and decoded again.
+  std::optional<Keyframe> takeDecoded(const KeyframeId& id);
   size_t waiting() const;
 
  private:
@@ -48,6 +51,8 @@ class KeyframeIngest {
   MapStore& store_;
   std::map<std::pair<std::string, uint64_t>, Session> sessions_;
   std::deque<KeyframeId> ready_;
+  std::map<KeyframeId, Keyframe> decoded_;  // the newest few
+  std::deque<KeyframeId> decoded_order_;    // as they came, those taken among them
 };
 
 }  // namespace comap

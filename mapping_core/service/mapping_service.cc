@@ -195,13 +195,18 @@ void MappingService::noteStore(const Result<void>& written) {
                      ". Robots keep theirs and send them again; mapping goes on when it does");
 }
 
+Result<Keyframe> MappingService::read(const KeyframeId& id) {
+  if (auto decoded = ingest_.takeDecoded(id)) return std::move(*decoded);
+  const auto encoded = store_.encodedKeyframe(id);
+  if (!encoded) return encoded.error();
+  return decodeKeyframe(*encoded);
+}
+
 Result<void> MappingService::mapNext() {
   const StageSpan span("keyframe");
   const auto start = std::chrono::steady_clock::now();
   const KeyframeId id = ingest_.takeNext();
-  auto encoded = store_.encodedKeyframe(id);
-  if (!encoded) return encoded.error();
-  auto keyframe = decodeKeyframe(*encoded);
+  auto keyframe = read(id);
   if (!keyframe) return keyframe.error();
   auto change = builder_.addKeyframe(*keyframe, robot_index_.at(id.robot));
   if (!change) return change.error();

@@ -85,6 +85,7 @@ class MappingService {
   bool storeTakes();
   void noteStore(const Result<void>& written);
   Result<void> handleInterest(const Delivery& delivery);
+  Result<Keyframe> read(const KeyframeId& id);
   Result<void> mapNext();
   void announceMerges(const MapChange& change);
   Result<void> publishCorrections();

@@ -24,9 +24,7 @@ std::vector<size_t> covisibleWith(const PlacedSketch& query, std::span<const Pla
     if (others[i].sketch->id == query.sketch->id) continue;
     const Pose T_query_other = query.T_map_cam.inverse() * others[i].T_map_cam;
     if (roughOverlap(*query.sketch, *others[i].sketch, T_query_other) < options.overlap) continue;
-    const Comparison compared = compareSketches(*query.sketch, *others[i].sketch, T_query_other, comparison);
-    const double overlap =
-        compared.cells > 0 ? static_cast<double>(compared.agree) / static_cast<double>(compared.cells) : 0;
+    const double overlap = agreedShare(*query.sketch, *others[i].sketch, T_query_other, comparison);
     if (overlap >= options.overlap) found.emplace_back(-overlap, i);
   }
   std::sort(found.begin(), found.end());

@@ -1,5 +1,6 @@
-// Is this the same place? Coarse alignment from several seeds, then full alignment to the view predicted from the
-// candidate's map, both ways, and gates that do not depend on the number of pixels.
+// Is this the same place? Coarse alignment from several seeds; a look at the candidate's own picture, which most wrong
+// candidates do not pass; then full alignment to the view predicted from the candidate's map, both ways, and gates that
+// do not depend on the number of pixels.
 #pragma once
 
 #include <optional>
@@ -40,12 +41,18 @@ class MatchVerifier {
                               const Pose& T_map_candidate, const std::optional<Pose>& T_candidate_believed = {});
 
  private:
+  Alignment alignFine(const ReferenceView& reference, const Pyramid& frame, const Pose& T_guess);
   Alignment alignCoarse(const KeyframeView& query, const KeyframeView& candidate,
                         const std::optional<Pose>& T_candidate_believed);
 
+  const char* objection(const KeyframeView& query, const KeyframeView& candidate, const Alignment& near,
+                        MatchVerdict& verdict) const;
+  Result<void> predict(SurfelMap& map, const CameraModel& camera, const Pose& T_map_cam);
+
   VerifierOptions options_;
   PointResiduals workspace_;
-  Pyramid predicted_;
+  Pyramid half_;       // of the predicted view, from half the picture's size on
+  Pyramid predicted_;  // the same with the levels' usual numbers; level 0 is empty
 };
 
 }  // namespace comap

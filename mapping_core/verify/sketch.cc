@@ -55,22 +55,25 @@ Exposure fitExposure(const std::vector<Pair>& pairs, const Sketch& surfaces, con
   constexpr int kRounds = 4;
   constexpr double kPriorVariance = 100;
   Exposure exposure;
-  std::vector<float> residuals(pairs.size());
+  std::vector<float> wanted(pairs.size()), found(pairs.size()), residuals(pairs.size()), sorted;
+  for (size_t i = 0; i < pairs.size(); ++i) {
+    wanted[i] = levelsOf(surfaces.colour.at(pairs[i].x, pairs[i].y))[channel];
+    found[i] = levelsOf(seen.colour.at(pairs[i].u, pairs[i].v))[channel];
+  }
   for (int round = 0; round < kRounds; ++round) {
-    for (size_t i = 0; i < pairs.size(); ++i) {
-      const Pair& p = pairs[i];
-      residuals[i] = std::abs(levelsOf(seen.colour.at(p.u, p.v))[channel] -
-                              (exposure.gain * levelsOf(surfaces.colour.at(p.x, p.y))[channel] + exposure.bias));
+    for (size_t i = 0; i < pairs.size(); ++i)
+      residuals[i] = std::abs(found[i] - (exposure.gain * wanted[i] + exposure.bias));
+    float most = 0;
+    if (round > 0) {
+      sorted = residuals;
+      const auto middle = sorted.begin() + static_cast<long>(sorted.size() / 2);
+      std::nth_element(sorted.begin(), middle, sorted.end());
+      most = std::max(6.0f, 3 * 1.4826f * *middle);
     }
-    std::vector<float> sorted = residuals;
-    const auto middle = sorted.begin() + static_cast<long>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    const float most = std::max(6.0f, 3 * 1.4826f * *middle);
     double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
     for (size_t i = 0; i < pairs.size(); ++i) {
       if (round > 0 && residuals[i] > most) continue;
-      const double x = levelsOf(surfaces.colour.at(pairs[i].x, pairs[i].y))[channel];
-      const double y = levelsOf(seen.colour.at(pairs[i].u, pairs[i].v))[channel];
+      const double x = wanted[i], y = found[i];
       n += 1;
       sx += x;
       sy += y;
@@ -144,18 +147,20 @@ Sketch makeSketch(const Keyframe& keyframe, const Pyramid& pyramid, const DepthN
   return sketch;
 }
 
-Comparison compareSketches(const Sketch& surfaces, const Sketch& seen, const Pose& T_surfaces_seen,
-                           const ComparisonOptions& options) {
+namespace {
+
+// Where the cells of `surfaces` fall in `seen`: counts all but colours, and tells of each cell that agrees or is seen
+// through.
+template <class Through, class Agree>
+Comparison placeCells(const Sketch& surfaces, const Sketch& seen, const Pose& T_surfaces_seen,
+                      const ComparisonOptions& options, const Through& tellThrough, const Agree& tellAgreement) {
   const Pose T_seen_surfaces = T_surfaces_seen.inverse();
   const Eigen::Matrix3f r = T_seen_surfaces.rotationMatrix().cast<float>();
   const Eigen::Vector3f t = T_seen_surfaces.translation().cast<float>();
   const CameraModel& k = seen.camera;
-  const int width = surfaces.depth_m.width(), height = surfaces.depth_m.height();
   Comparison result;
-  std::vector<Pair> comparable;
-  Image<uint8_t> through(width, height), other_colour(width, height);
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
+  for (int y = 0; y < surfaces.depth_m.height(); ++y)
+    for (int x = 0; x < surfaces.depth_m.width(); ++x) {
       const float z = surfaces.depth_m.at(x, y);
       if (z <= 0) continue;
       ++result.cells;
@@ -170,16 +175,38 @@ Comparison compareSketches(const Sketch& surfaces, const Sketch& seen, const Pos
       const float sigma = std::max(options.noise.sigma(z), options.noise.sigma(nearest));
       const float gate = std::max(static_cast<float>(options.gate_m), 3 * sigma);
       if (nearest > q.z() + gate) {
-        through.at(x, y) = 1;
+        tellThrough(x, y);
         continue;
       }
       const float d = seen.depth_m.at(u, v);
       if (d <= 0 || std::abs(d - q.z()) > gate) continue;
       ++result.agree;
-      // From much nearer or farther, cells hold other shares of the same texture.
-      const float scale = q.z() * static_cast<float>(surfaces.camera.fx) / (z * static_cast<float>(k.fx));
-      if (scale > 1 / kComparableScale && scale < kComparableScale) comparable.push_back({x, y, u, v});
+      tellAgreement(Pair{x, y, u, v}, z, q.z());
     }
+  return result;
+}
+
+}  // namespace
+
+double agreedShare(const Sketch& surfaces, const Sketch& seen, const Pose& T_surfaces_seen,
+                   const ComparisonOptions& options) {
+  const Comparison placed = placeCells(
+      surfaces, seen, T_surfaces_seen, options, [](int, int) {}, [](const Pair&, float, float) {});
+  return placed.cells > 0 ? static_cast<double>(placed.agree) / static_cast<double>(placed.cells) : 0;
+}
+
+Comparison compareSketches(const Sketch& surfaces, const Sketch& seen, const Pose& T_surfaces_seen,
+                           const ComparisonOptions& options) {
+  const int width = surfaces.depth_m.width(), height = surfaces.depth_m.height();
+  std::vector<Pair> comparable;
+  Image<uint8_t> through(width, height), other_colour(width, height);
+  Comparison result = placeCells(
+      surfaces, seen, T_surfaces_seen, options, [&](int x, int y) { through.at(x, y) = 1; },
+      [&](const Pair& pair, float z, float z_seen) {
+        // From much nearer or farther, cells hold other shares of the same texture.
+        const float scale = z_seen * static_cast<float>(surfaces.camera.fx) / (z * static_cast<float>(seen.camera.fx));
+        if (scale > 1 / kComparableScale && scale < kComparableScale) comparable.push_back(pair);
+      });
   result.through = solidCells(through);
   constexpr size_t kFewest = 100;
   if (comparable.size() < kFewest) return result;

@@ -42,4 +42,9 @@ struct Comparison {
 Comparison compareSketches(const Sketch& surfaces, const Sketch& seen, const Pose& T_surfaces_seen,
                            const ComparisonOptions& options);
 
+/// Of the cells of `surfaces` that have depth the share that agrees, as compareSketches() counts them; colours are not
+/// looked at, which is most of its work.
+double agreedShare(const Sketch& surfaces, const Sketch& seen, const Pose& T_surfaces_seen,
+                   const ComparisonOptions& options);
+
 }  // namespace comap
