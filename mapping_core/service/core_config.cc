@@ -14,6 +14,7 @@ Result<CoreConfig> readCoreConfig(const std::string& path) {
   MapBuilderOptions& mapping = config.service.mapping;
   reader->read("store", config.store);
   reader->read("device", config.device);
+  reader->read("hurry_from_waiting", config.service.hurry_from_waiting, 0, 1000000);
 
   ConfigReader link = reader->section("link");
   link.read("domain", config.link.domain, 0, 230);
@@ -77,6 +78,7 @@ std::string printCoreConfig(const CoreConfig& c) {
              R"(# The mapping core. Every key is optional; these are the values in force.
 store: {}              # file of the map store
 device: {}             # Vulkan device: auto, llvmpipe or a number of mapping_core --list-devices
+hurry_from_waiting: {}  # keyframes: with so many waiting, the next is fused at half size and loops are looked for later. 0: never
 link:
   domain: {}             # DDS domain, 0..230; the same as the robots'
   site: {}             # robots of this site are served
@@ -112,7 +114,7 @@ tiles:
   every_keyframes: {}    # renewed after so many, and when the core is idle
   spacing_m: {}          # level of detail that goes to robots
 )",
-             yamlText(c.store), yamlText(c.device), c.link.domain, yamlText(c.link.site),
+             yamlText(c.store), yamlText(c.device), c.service.hurry_from_waiting, c.link.domain, yamlText(c.link.site),
              yamlText(c.link.interface_address), c.link.profile, yamlText(c.link.discovery_server), c.serve_discovery,
              yamlText(c.link.keys), c.link.insecure, m.fusion.depth_min_m, m.fusion.depth_max_m,
              m.fusion.stable_confidence, m.fusion.averaging_limit, m.fusion.memory_mb, m.search.candidates,

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "protocol/codec/keyframe_codec.h"
-#include "protocol/telemetry/stage_clock.h"
 
 namespace comap {
 MapBuilder::MapBuilder(gpu::Device& device, MapStore& store, const MapBuilderOptions& options)
@@ -13,12 +12,13 @@ MapBuilder::MapBuilder(gpu::Device& device, MapStore& store, const MapBuilderOpt
       surfels_(device, options.fusion, options.move_m, [this](const KeyframeId& id) { return load(id); }),
       search_(options.search),
       votes_(options.vote),
+      asked_(options.asked),
       verifier_(options.verifier),
       shelf_([this](const KeyframeId& id) { return load(id); }, options.cached_views, options.verifier.depth_max_m,
              options.verifier.noise),
       watch_(shelf_, options.merge_check, options.covisibility, options.probation, options.vote) {}
 
-Result<MapChange> MapBuilder::addKeyframe(const Keyframe& keyframe, uint32_t robot_index) {
+Result<MapChange> MapBuilder::addKeyframe(const Keyframe& keyframe, uint32_t robot_index, Pace pace) {
   if (auto fused = catchUp(surfels_.waiting()); !fused) return fused.error();
   // What a keyframe causes is stored as a whole: after a sudden end it is either mapped or still to be mapped.
   auto transaction = store_.begin();
@@ -29,10 +29,11 @@ Result<MapChange> MapBuilder::addKeyframe(const Keyframe& keyframe, uint32_t rob
   if (auto placed = place(keyframe, robot_index); !placed) return placed.error();
   shelf_.put(keyframe);
   // Matching comes before fusion, so that a loop is verified against what was there before this keyframe.
-  const auto verdicts = match(keyframe);
+  const auto verdicts = match(keyframe, pace);
   if (!verdicts) return verdicts.error();
   const KeyframeId placed_in = components_.anchorOf(keyframe.id);
-  if (auto fused = surfels_.fuse(keyframe, placed_in, T_map_cam_.at(keyframe.id)); !fused) return fused.error();
+  const FusionDetail detail = pace == Pace::kHasty ? FusionDetail::kHalf : FusionDetail::kFull;
+  if (auto fused = surfels_.fuse(keyframe, placed_in, T_map_cam_.at(keyframe.id), detail); !fused) return fused.error();
   if (options_.live_ties > 0) {
     auto members = sketchesOf(placed_in);
     if (!members) return members.error();
@@ -41,12 +42,7 @@ Result<MapChange> MapBuilder::addKeyframe(const Keyframe& keyframe, uint32_t rob
   }
   if (!search_.add(keyframe.id, keyframe.fern_code))
     return Error{ErrorCode::kBadData, "keyframe " + toString(keyframe.id) + ": fern code is of another book"};
-  for (const MatchVerdict& verdict : *verdicts) {
-    change.verdicts.push_back(verdict);
-    if (auto stored = store_.addVerdict(verdict); !stored) return stored.error();
-    if (!verdict.accepted) continue;
-    if (auto connected = connect(verdict, change); !connected) return connected.error();
-  }
+  if (auto taken = take(*verdicts, change); !taken) return taken.error();
   if (auto judged = judgeMerges(keyframe.id, change); !judged) return judged.error();
   const KeyframeId anchor = components_.anchorOf(keyframe.id);
   change.map = mapIdOf(anchor);
@@ -76,47 +72,6 @@ Result<void> MapBuilder::place(const Keyframe& keyframe, uint32_t robot_index) {
       return added;
   if (auto added = addToGraph(edges_.back()); !added) return added;
   return store_.addEdge(edges_.back());
-}
-
-Result<std::vector<MatchVerdict>> MapBuilder::match(const Keyframe& keyframe) {
-  const StageSpan span("match");
-  std::vector<Candidate> candidates = search_.search(keyframe.id, keyframe.fern_code, [&](const KeyframeId& other) {
-    const bool own = components_.together(other, keyframe.id) && !watch_.inDoubt(other, keyframe.id);
-    return own ? Kinship::kOwn : Kinship::kForeign;
-  });
-  // A robot that recognised another map's surface says where to look; what it believes is verified as all else is.
-  if (keyframe.believed) {
-    const auto others = othersIn(keyframe.believed->map, keyframe.id);
-    const auto near = search_.around(keyframe.fern_code, keyframe.believed->T_map_cam, others, candidates);
-    candidates.insert(candidates.end(), near.begin(), near.end());
-  }
-  std::vector<MatchVerdict> verdicts;
-  const auto query = shelf_.view(keyframe.id);
-  if (!query) return query.error();
-  for (const Candidate& candidate : candidates) {
-    const auto view = shelf_.view(candidate.id);
-    if (!view) return view.error();
-    const KeyframeId anchor = components_.anchorOf(candidate.id);
-    const Pose& T_map_candidate = T_map_cam_.at(candidate.id);
-    std::optional<Pose> T_candidate_believed;
-    if (keyframe.believed && keyframe.believed->map == mapIdOf(anchor))
-      T_candidate_believed = T_map_candidate.inverse() * keyframe.believed->T_map_cam;
-    auto verdict = verifier_.verify(**query, **view, surfels_.at(anchor), T_map_candidate, T_candidate_believed);
-    if (!verdict) return verdict.error();
-    verdict->fern_dissimilarity = candidate.dissimilarity;
-    verdicts.push_back(std::move(*verdict));
-  }
-  return verdicts;
-}
-
-// The keyframes of a map, if that is another than the one `id` is in.
-std::vector<std::pair<KeyframeId, Pose>> MapBuilder::othersIn(const MapId& map, const KeyframeId& id) const {
-  std::vector<std::pair<KeyframeId, Pose>> others;
-  for (const KeyframeId& anchor : components_.anchors()) {
-    if (mapIdOf(anchor) != map || components_.anchorOf(id) == anchor) continue;
-    for (const KeyframeId& member : components_.members(anchor)) others.emplace_back(member, T_map_cam_.at(member));
-  }
-  return others;
 }
 
 std::vector<TilePlace> MapBuilder::placesOf(const KeyframeId& anchor) const {

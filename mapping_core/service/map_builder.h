@@ -2,6 +2,7 @@
 // through it once: pose from odometry, fusion, place search, verification, vote, merge, graph.
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -15,6 +16,7 @@
 #include "mapping_core/service/map_surfels.h"
 #include "mapping_core/service/merge_watch.h"
 #include "mapping_core/store/map_store.h"
+#include "mapping_core/verify/asked_places.h"
 #include "mapping_core/verify/candidate_search.h"
 #include "mapping_core/verify/covisibility.h"
 #include "mapping_core/verify/keyframe_shelf.h"
@@ -23,6 +25,10 @@
 #include "mapping_core/verify/vote.h"
 
 namespace comap {
+
+/// What a keyframe is worth when many wait. Hasty: it is fused in half detail, which rebuild() makes up for, and only
+/// other maps are searched for its place; its own map by askNext().
+enum class Pace : uint8_t { kThorough, kHasty };
 
 struct MapBuilderOptions {
   FusionParameters fusion;
@@ -36,6 +42,7 @@ struct MapBuilderOptions {
   /// A closure is measured once, from where the map then was, and the ties around it measure the same surface again.
   GraphOptions graph{.closure_sigma = 3};
   SearchOptions search;
+  AskedPlacesOptions asked;
   size_t cached_views = 128;
   double move_m = 0.002;  ///< pose changes below leave the surfels alone
 };
@@ -68,7 +75,13 @@ class MapBuilder {
   bool recastDue() const { return recast_due_; }
 
   /// Takes in one keyframe. `robot_index` = position of its robot in order of first arrival.
-  Result<MapChange> addKeyframe(const Keyframe& keyframe, uint32_t robot_index);
+  Result<MapChange> addKeyframe(const Keyframe& keyframe, uint32_t robot_index, Pace pace = Pace::kThorough);
+
+  /// Whether addKeyframe() in a hurry has put off questions.
+  bool hasUnasked() const { return !unasked_.empty(); }
+  /// Asks what one keyframe, the oldest, was not asked in a hurry: only keyframes that came before it, as it would have
+  /// been then. Questions that a core has put off are lost if it is killed.
+  Result<MapChange> askNext();
 
   /// Takes a merge back: its closures are withdrawn, and with them every edge that ties what it had tied; the maps
   /// come apart and have the poses they would have without it. The withdrawn edges stay in the store and never join
@@ -131,7 +144,13 @@ class MapBuilder {
   };
 
   Result<void> place(const Keyframe& keyframe, uint32_t robot_index);
-  Result<std::vector<MatchVerdict>> match(const Keyframe& keyframe);
+  Result<std::vector<MatchVerdict>> match(const Keyframe& keyframe, Pace pace);
+  std::vector<Candidate> candidatesOf(const Keyframe& keyframe, Pace pace) const;
+  Result<std::vector<MatchVerdict>> askAll(const KeyframeId& id, const std::optional<MapPose>& believed,
+                                           std::span<const Candidate> candidates, std::vector<KeyframeId> known);
+  Result<MatchVerdict> ask(const KeyframeView& query, const std::optional<MapPose>& believed,
+                           const Candidate& candidate);
+  Result<void> take(std::span<const MatchVerdict> verdicts, MapChange& change);
   std::vector<std::pair<KeyframeId, Pose>> othersIn(const MapId& map, const KeyframeId& id) const;
   Result<void> connect(const MatchVerdict& verdict, MapChange& change);
   Result<void> propose(const MatchVerdict& verdict, MapChange& change);
@@ -144,7 +163,7 @@ class MapBuilder {
   Result<std::vector<PlacedSketch>> sketchesOf(const KeyframeId& anchor);
   Result<MergeRecord> merge(const std::vector<Closure>& closures);
   Result<void> castAll(MapChange& change);
-  Result<void> judgeMerges(const KeyframeId& id, MapChange& change);
+  Result<void> judgeMerges(const std::optional<KeyframeId>& newest, MapChange& change);
   Result<void> undo(uint32_t merge, const std::string& reason, MapChange& change);
   Result<void> watch(const MergeRecord& merge);
   Result<void> watchStanding();
@@ -178,11 +197,17 @@ class MapBuilder {
   MapSurfels surfels_;
   CandidateSearch search_;
   VoteBox votes_;
+  AskedPlaces asked_;
   MatchVerifier verifier_;
   KeyframeShelf shelf_;
   MergeWatch watch_;
   std::vector<Objection> doomed_;  // merges that the graph contradicts, until judgeMerges() undoes them
-  bool recast_due_ = false;        // votes wait for a map that came apart
+  struct Unasked {
+    KeyframeId id;
+    std::vector<KeyframeId> asked;  // what it was asked about at once
+  };
+  std::deque<Unasked> unasked_;  // that were mapped in a hurry
+  bool recast_due_ = false;      // votes wait for a map that came apart
   PointResiduals tie_workspace_;
   // Ties that were tried, and the relative pose from which: places in edges_ if they held.
   struct Tie {

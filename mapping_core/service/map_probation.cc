@@ -6,9 +6,10 @@
 
 namespace comap {
 
-// Takes the testimony of the newest keyframe and undoes what cannot stand.
-Result<void> MapBuilder::judgeMerges(const KeyframeId& id, MapChange& change) {
-  if (auto heard = watch_.hear(id, T_map_cam_); !heard) return heard;
+// Takes the testimony of the newest keyframe, if there is one, and undoes what cannot stand.
+Result<void> MapBuilder::judgeMerges(const std::optional<KeyframeId>& newest, MapChange& change) {
+  if (newest)
+    if (auto heard = watch_.hear(*newest, T_map_cam_); !heard) return heard;
   auto objections = watch_.objections(T_map_cam_);
   if (!objections) return objections.error();
   std::vector<Objection> doomed = std::exchange(doomed_, {});

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "mapping_core/service/half_keyframe.h"
 #include "mapping_core/surfels/surfel_pool.h"
 #include "protocol/telemetry/stage_clock.h"
 
@@ -42,7 +43,13 @@ Result<void> MapSurfels::begin(const KeyframeId& anchor) {
   return {};
 }
 
-Result<void> MapSurfels::fuse(const Keyframe& keyframe, const KeyframeId& anchor, const Pose& T_map_cam) {
+Result<void> MapSurfels::fuse(const Keyframe& keyframe, const KeyframeId& anchor, const Pose& T_map_cam,
+                              FusionDetail detail) {
+  if (detail == FusionDetail::kHalf) {
+    if (auto fused = fuse(halved(keyframe), anchor, T_map_cam); !fused) return fused;
+    stale_.insert(anchor);
+    return {};
+  }
   const StageSpan span("fuse");
   Known& known = keyframes_.at(keyframe.id);
   const uint32_t contributor = 1u << (known.robot % 32);

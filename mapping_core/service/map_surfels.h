@@ -16,6 +16,9 @@ namespace comap {
 /// Poses of the keyframes of one map.
 using MapPoses = std::map<KeyframeId, Pose>;
 
+/// Half: from pictures of half the size, so fewer and larger surfels in a third of the time.
+enum class FusionDetail : uint8_t { kFull, kHalf };
+
 /// Maps are named by their anchors. Thread rule: one thread. Errors are the device's and the loader's.
 class MapSurfels {
  public:
@@ -29,7 +32,8 @@ class MapSurfels {
   /// A new map without surfels.
   Result<void> begin(const KeyframeId& anchor);
   /// Fuses a known keyframe into a map.
-  Result<void> fuse(const Keyframe& keyframe, const KeyframeId& anchor, const Pose& T_map_cam);
+  Result<void> fuse(const Keyframe& keyframe, const KeyframeId& anchor, const Pose& T_map_cam,
+                    FusionDetail detail = FusionDetail::kFull);
   /// Moves the surfels of a map after its keyframes, if that is worth it. True if it was.
   Result<bool> follow(const KeyframeId& anchor, const MapPoses& T_map_cam);
   /// One map takes in another, which is no more.
@@ -42,9 +46,9 @@ class MapSurfels {
   bool caughtUp() const { return unfused_.empty(); }
   size_t waiting() const { return unfused_.size(); }
 
-  /// Fuses every map anew one of whose keyframes stands elsewhere than where it was fused, or that was moved or joined
-  /// since: the map as a function of keyframes and poses. `T_map_cam`: of all keyframes; `progress` (may be empty)
-  /// hears (done, all) keyframes.
+  /// Fuses every map anew, in full detail, one of whose keyframes stands elsewhere than where it was fused, or was
+  /// fused in half detail, or that was moved or joined since: the map as a function of keyframes and poses.
+  /// `T_map_cam`: of all keyframes; `progress` (may be empty) hears (done, all) keyframes.
   Result<void> rebuild(const MapPoses& T_map_cam, const std::function<void(size_t, size_t)>& progress);
 
   SurfelMap& at(const KeyframeId& anchor) { return maps_.at(anchor); }
@@ -69,7 +73,7 @@ class MapSurfels {
   std::map<KeyframeId, Known> keyframes_;
   std::shared_ptr<SurfelPool> pool_;  // made with the first map; the maps share its memory
   std::map<KeyframeId, SurfelMap> maps_;
-  std::set<KeyframeId> stale_;      // maps whose surfels were moved since they were fused
+  std::set<KeyframeId> stale_;      // maps whose surfels were moved since they were fused, or are coarse
   std::deque<KeyframeId> unfused_;  // have a map and a pose, but their surfels were thrown away
 };
 

@@ -15,8 +15,9 @@
 namespace comap {
 namespace {
 
-constexpr size_t kMaxRefusalBytes = 600;  // an acknowledgement has to fit one datagram
-constexpr size_t kFusedAtOnce = 4;        // keyframes whose surfels are missing, between looking for messages
+constexpr size_t kMaxRefusalBytes = 600;        // an acknowledgement has to fit one datagram
+constexpr std::chrono::milliseconds kCalm(50);  // without a message; then what was put off is done
+constexpr size_t kFusedAtOnce = 4;              // keyframes whose surfels are missing, between looking for messages
 
 std::string describe(const Confirmation& heard) {
   return fmt::format("confirmed by {} later keyframes and {} closures, {:.2f} % of the common surface contradicts it",
@@ -80,6 +81,7 @@ Result<void> MappingService::resume() {
 Result<bool> MappingService::step(std::chrono::milliseconds timeout) {
   bool worked = false;
   const bool busy = (ingest_.hasNext() && !store_refuses_) || !builder_.caughtUp();
+  if (builder_.hasUnasked()) timeout = std::min(timeout, kCalm);
   auto delivery = link_.receive(busy ? std::chrono::milliseconds(0) : timeout);
   while (delivery) {
     worked = true;
@@ -88,6 +90,10 @@ Result<bool> MappingService::step(std::chrono::milliseconds timeout) {
   }
   if (!builder_.caughtUp()) {
     if (auto fused = builder_.catchUp(kFusedAtOnce); !fused) return fused.error();
+    return true;
+  }
+  if (!ingest_.hasNext() && !worked && unpublished_.empty() && builder_.hasUnasked() && storeTakes()) {
+    if (auto asked = askNext(); !asked) return asked.error();
     return true;
   }
   if (!ingest_.hasNext() || !storeTakes()) return worked;
@@ -208,23 +214,17 @@ Result<void> MappingService::mapNext() {
   const KeyframeId id = ingest_.takeNext();
   auto keyframe = read(id);
   if (!keyframe) return keyframe.error();
-  auto change = builder_.addKeyframe(*keyframe, robot_index_.at(id.robot));
+  const bool behind = options_.hurry_from_waiting > 0 && ingest_.waiting() >= options_.hurry_from_waiting;
+  auto change = builder_.addKeyframe(*keyframe, robot_index_.at(id.robot), behind ? Pace::kHasty : Pace::kThorough);
   if (!change) return change.error();
   ++keyframes_;
   // A robot catching up on earlier sessions is where its present one says.
   const bool present = registry_.served(id.robot, id.session) != nullptr;
   if (auto& latest = latest_[id.robot]; present || id.session >= latest.id.session) latest = {id, keyframe->T_odom_cam};
 
-  for (const MatchVerdict& verdict : change->verdicts) {
-    ++statistics_.verdicts[verdict.reason];
-    send(Topic::kVerdict, "", encodeMatchVerdict(verdict));
-  }
-  announceMerges(*change);
+  if (auto announced = announce(*change); !announced) return announced;
   const KeyframeId anchor = builder_.components().anchorOf(id);
-  std::erase_if(unpublished_,
-                [&](const auto& entry) { return builder_.components().anchorOf(entry.first) != entry.first; });
   ++unpublished_[anchor];
-  if (auto corrected = publishCorrections(); !corrected) return corrected;
   if (StageClock::process().traces())
     StageClock::process().note("mapped", Json{{"keyframe", toString(id)}, {"map", mapIdOf(anchor)}}.dump());
   const bool due = unpublished_[anchor] >= options_.tile_every_keyframes || !change->merges.empty();
@@ -241,6 +241,27 @@ Result<void> MappingService::mapNext() {
   load_.mapped(last_mapped_, last_mapped_ - start);
   adviseOnLoad();
   return {};
+}
+
+// What a core in a hurry has put off. Whoever waits for tiles of what has changed comes first.
+Result<void> MappingService::askNext() {
+  const auto change = builder_.askNext();
+  if (!change) return change.error();
+  if (change->poses_changed || !change->merges.empty())
+    for (const KeyframeId& anchor : builder_.components().anchors())
+      if (mapIdOf(anchor) == change->map) ++unpublished_[anchor];
+  return announce(*change);
+}
+
+Result<void> MappingService::announce(const MapChange& change) {
+  for (const MatchVerdict& verdict : change.verdicts) {
+    ++statistics_.verdicts[verdict.reason];
+    send(Topic::kVerdict, "", encodeMatchVerdict(verdict));
+  }
+  announceMerges(change);
+  std::erase_if(unpublished_,
+                [&](const auto& entry) { return builder_.components().anchorOf(entry.first) != entry.first; });
+  return publishCorrections();
 }
 
 void MappingService::adviseOnLoad() {
@@ -337,6 +358,8 @@ Result<void> MappingService::finish(const std::function<void(size_t, size_t)>& p
     if (auto fused = builder_.catchUp(kFusedAtOnce); !fused) return fused.error();
   for (; ingest_.hasNext(); tell())
     if (auto mapped = mapNext(); !mapped) return mapped;
+  while (builder_.hasUnasked())
+    if (auto asked = askNext(); !asked) return asked;
   if (builder_.recastDue()) {  // no keyframe came that would have begun with it
     const auto cast = builder_.recast();
     if (!cast) return cast.error();

@@ -23,6 +23,8 @@ struct ServiceOptions {
   uint32_t fern_seed = FernBook::kStandardSeed;  ///< the same as all robots'
   uint32_t tile_every_keyframes = 6;  ///< a map's tiles are renewed after so many keyframes, and when the core is idle
   float tile_spacing_m = 0.01f;       ///< level of detail that goes to robots
+  /// With so many keyframes waiting the next one is mapped in a hurry (Pace), so that the core catches up. 0: never.
+  uint32_t hurry_from_waiting = 3;
   /// Tiles go no faster than their arrival is reported; else by the robots' budgets alone, without looking at a clock.
   bool pace_tiles = true;
 };
@@ -87,6 +89,8 @@ class MappingService {
   Result<void> handleInterest(const Delivery& delivery);
   Result<Keyframe> read(const KeyframeId& id);
   Result<void> mapNext();
+  Result<void> askNext();
+  Result<void> announce(const MapChange& change);
   void announceMerges(const MapChange& change);
   Result<void> publishCorrections();
   Result<void> refreshTilesOf(const KeyframeId& anchor);

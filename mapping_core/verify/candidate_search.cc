@@ -23,7 +23,7 @@ std::vector<Candidate> CandidateSearch::search(const KeyframeId& id, const FernC
   std::vector<Candidate> candidates;
   const auto collect = [&](size_t count, const std::function<bool(uint32_t)>& admit) {
     for (const PlaceCandidate& found : places_.query(code, count, admit, options_.max_dissimilarity))
-      candidates.push_back({ids_[found.place], found.dissimilarity});
+      candidates.push_back({ids_[found.place], found.dissimilarity, false});
   };
   collect(options_.candidates, foreign);
   collect(options_.loop_candidates, loop);
@@ -46,7 +46,7 @@ std::vector<Candidate> CandidateSearch::around(const FernCode& code, const Pose&
   std::vector<Candidate> candidates;
   for (const auto& [score, id] : nearest) {
     const FernCode* other = this->code(id);
-    candidates.push_back({id, other == nullptr ? 1 : dissimilarity(code, *other)});
+    candidates.push_back({id, other == nullptr ? 1 : dissimilarity(code, *other), true});
   }
   return candidates;
 }

@@ -25,11 +25,13 @@ struct SearchOptions {
 enum class Kinship : uint8_t {
   kForeign,  ///< of another map, or of a part whose merge is in doubt
   kOwn,      ///< of the same map
+  kNone,     ///< is not to be asked
 };
 
 struct Candidate {
   KeyframeId id;
   double dissimilarity = 1;
+  bool believed = false;  ///< the robot itself says that it is there
 };
 
 /// Thread rule: one thread.

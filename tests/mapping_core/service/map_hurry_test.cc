@@ -1,0 +1,92 @@
+// A core in a hurry puts off what can wait, and makes up for it.
+#include <algorithm>
+
+#include "protocol/codec/keyframe_codec.h"
+#include "tests/mapping_core/gpu/test_device.h"
+#include "tests/mapping_core/service/room_fleet.h"
+#include "tests/mapping_core/store/store_fixture.h"
+
+namespace comap {
+namespace {
+
+class MapHurry : public StoreTest {
+ protected:
+  // As it comes back from the store.
+  static Keyframe kept(MapStore& store, const Keyframe& keyframe) {
+    keep(store, keyframe);
+    const auto encoded = store.encodedKeyframe(keyframe.id);
+    EXPECT_TRUE(encoded) << encoded.error().text;
+    return *decodeKeyframe(*encoded);
+  }
+  static std::vector<MatchVerdict> mapHastily(MapBuilder& builder, MapStore& store, const std::string& robots) {
+    std::vector<MatchVerdict> verdicts;
+    for (uint32_t i = 0; i < 5; ++i)
+      for (size_t robot = 0; robot < robots.size(); ++robot) {
+        const Keyframe keyframe = kept(store, roomKeyframe(robots[robot], i));
+        const auto change = builder.addKeyframe(keyframe, static_cast<uint32_t>(robot), Pace::kHasty);
+        EXPECT_TRUE(change) << change.error().text;
+        if (!change) return verdicts;
+        verdicts.insert(verdicts.end(), change->verdicts.begin(), change->verdicts.end());
+      }
+    return verdicts;
+  }
+};
+
+TEST_F(MapHurry, LoopsAreLookedForLaterAmongWhatWasThere) {
+  COMAP_DEVICE_OR_SKIP(device);
+  auto store = create();
+  ASSERT_TRUE(store);
+  MapBuilder builder(device, *store, roomOptions());
+  EXPECT_TRUE(mapHastily(builder, *store, "a").empty()) << "there is no other map";
+  size_t asked = 0, loops = 0;
+  for (; builder.hasUnasked() && asked < 100; ++asked) {
+    const auto change = builder.askNext();
+    ASSERT_TRUE(change) << change.error().text;
+    for (const MatchVerdict& verdict : change->verdicts) {
+      EXPECT_LT(verdict.candidate.sequence, verdict.query.sequence);
+      loops += verdict.accepted;
+    }
+  }
+  EXPECT_EQ(asked, 5u);
+  EXPECT_GT(loops, 0u);
+  const auto edges = store->edges();
+  ASSERT_TRUE(edges);
+  const auto isLoop = [](const Edge& edge) { return edge.kind == EdgeKind::kLoop; };
+  EXPECT_EQ(std::count_if(edges->begin(), edges->end(), isLoop), static_cast<long>(loops));
+  const auto nothing = builder.askNext();
+  ASSERT_TRUE(nothing);
+  EXPECT_TRUE(nothing->verdicts.empty());
+}
+
+TEST_F(MapHurry, MapsAreJoinedAtOnceAndFusedInFullAtTheEnd) {
+  COMAP_DEVICE_OR_SKIP(device);
+  auto store = create();
+  ASSERT_TRUE(store);
+  MapBuilder builder(device, *store, roomOptions());
+  mapHastily(builder, *store, "ab");
+  ASSERT_EQ(builder.components().anchors().size(), 1u) << "other maps are asked about in a hurry, too";
+  const KeyframeId anchor = builder.components().anchors().front();
+  const size_t coarse = builder.surfelCount(anchor);
+  ASSERT_GT(coarse, 0u);
+  finish(builder);
+  EXPECT_GT(builder.surfelCount(anchor), 2 * coarse);
+}
+
+TEST_F(MapHurry, AMapThatWasNeverMovedIsFusedInFullToo) {
+  COMAP_DEVICE_OR_SKIP(device);
+  auto store = create(), calm_store = MapStore::open(folder_ / "calm.comap", MapStore::Mode::kCreateOrOpen);
+  ASSERT_TRUE(store);
+  ASSERT_TRUE(calm_store);
+  MapBuilder builder(device, *store, roomOptions()), calm(device, *calm_store, roomOptions());
+  for (uint32_t i = 0; i < 2; ++i) {
+    const Keyframe keyframe = kept(*store, roomKeyframe('a', i));
+    keep(*calm_store, roomKeyframe('a', i));
+    ASSERT_TRUE(builder.addKeyframe(keyframe, 0, Pace::kHasty));
+    ASSERT_TRUE(calm.addKeyframe(keyframe, 0));
+  }
+  EXPECT_NE(hashesOf(builder), hashesOf(calm));
+  EXPECT_EQ(finish(builder), finish(calm));
+}
+
+}  // namespace
+}  // namespace comap
