@@ -10,7 +10,8 @@
 namespace comap {
 namespace {
 
-constexpr size_t kInterestsPerSecond = 2;  // share of the per-second budget that one interest may use
+constexpr size_t kMostEncodedBytes = 32 << 20;  // kept for further robots
+constexpr size_t kInterestsPerSecond = 2;       // share of the per-second budget that one interest may use
 
 using Json = nlohmann::json;
 
@@ -99,7 +100,7 @@ Result<void> TileDelivery::send(const Interest& interest, const MapPose& at, Til
   };
   const size_t guess = paced_ ? 2 * budget : budget;  // packed, tiles are smaller than their index says
   for (const Tile& tile : index_.lacking(at.map, at.T_map_cam, interest.radius_m, held, guess)) {
-    const auto encoded = encodeTile(tile);
+    const auto encoded = encodedOf(tile);
     if (!encoded) return encoded.error();
     if (!mayGo(encoded->size())) break;
     if (!link_.publish(Topic::kTile, interest.robot, *encoded)) break;  // no room: with the next interest
@@ -109,6 +110,21 @@ Result<void> TileDelivery::send(const Interest& interest, const MapPose& at, Til
     noteSent(interest.robot, encoded->size());
   }
   return {};
+}
+
+Result<std::span<const uint8_t>> TileDelivery::encodedOf(const Tile& tile) {
+  if (const auto kept = encoded_.find(tile.key); kept != encoded_.end() && kept->second.revision == tile.revision)
+    return std::span<const uint8_t>(kept->second.bytes);
+  auto bytes = encodeTile(tile);
+  if (!bytes) return bytes.error();
+  if (encoded_bytes_ + bytes->size() > kMostEncodedBytes) {
+    encoded_.clear();
+    encoded_bytes_ = 0;
+  }
+  Encoded& place = encoded_[tile.key];
+  encoded_bytes_ += bytes->size() - place.bytes.size();
+  place = {tile.revision, std::move(*bytes)};
+  return std::span<const uint8_t>(place.bytes);
 }
 
 }  // namespace comap

@@ -45,10 +45,15 @@ class TileDelivery {
     TileDownlink downlink;
     TileDownlink::Clock::time_point asked{};
   };
+  struct Encoded {
+    uint64_t revision = 0;
+    std::vector<uint8_t> bytes;
+  };
   MapPose wantedAt(const Interest& interest, const Correction& correction) const;
   Result<void> push(const MapId& map, const RobotRegistry& robots);
   Result<void> send(const Interest& interest, const MapPose& at, TileDownlink& downlink,
                     std::span<const HeldTile> held);
+  Result<std::span<const uint8_t>> encodedOf(const Tile& tile);
 
   Link& link_;
   bool paced_;
@@ -56,6 +61,8 @@ class TileDelivery {
   std::map<std::string, TileDownlink> downlinks_;                // by robot
   std::map<std::pair<std::string, MapId>, Observer> observers_;  // by name and map asked for
   std::map<std::string, uint64_t> sent_bytes_;
+  std::map<TileKey, Encoded> encoded_;  // what went to one robot mostly goes to the others too
+  size_t encoded_bytes_ = 0;
 };
 
 }  // namespace comap
