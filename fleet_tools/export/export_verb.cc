@@ -37,13 +37,13 @@ struct Exported {
 
 // The one map meant: that named, or the only one there is.
 Result<MapId> chooseMap(const ExportOptions& options, const std::set<MapId>& maps) {
+  if (maps.empty()) return Error{ErrorCode::kProblem, options.store + ": holds no map yet"};
   if (!options.map.empty()) {
     if (maps.contains(options.map)) return options.map;
     return Error{ErrorCode::kWrongUse, options.store + ": holds no map '" + printable(options.map) + "', but " +
                                            listed({maps.begin(), maps.end()})};
   }
   if (maps.size() == 1) return *maps.begin();
-  if (maps.empty()) return Error{ErrorCode::kProblem, options.store + ": holds no map yet"};
   return Error{ErrorCode::kWrongUse, options.store + ": holds " + std::to_string(maps.size()) +
                                          " maps, name one with --map: " + listed({maps.begin(), maps.end()})};
 }

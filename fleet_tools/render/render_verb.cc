@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -64,6 +65,9 @@ Result<Pose> parsePose(const std::string& text) {
 Result<MapId> chooseMap(const MapStore& store, const RenderOptions& options) {
   const auto sizes = store.mapSizes();
   if (!sizes) return sizes.error();
+  const auto hasSurfels = [](const auto& map) { return map.second.surfels > 0; };
+  if (std::none_of(sizes->begin(), sizes->end(), hasSurfels))
+    return Error{ErrorCode::kProblem, options.store + ": holds no map with surfels yet"};
   if (!options.map.empty() && !sizes->contains(options.map)) {
     std::vector<std::string> maps;
     for (const auto& [map, size] : *sizes) maps.push_back(map);
@@ -78,7 +82,6 @@ Result<MapId> chooseMap(const MapStore& store, const RenderOptions& options) {
       largest = map;
     }
   }
-  if (largest.empty()) return Error{ErrorCode::kProblem, options.store + ": holds no map with surfels yet"};
   return largest;
 }
 

@@ -120,7 +120,7 @@ TEST_F(BadInput, ARecordingOfWhichNothingCanBeUsedIsToldAsSuch) {
 }
 
 TEST_F(BadInput, WhatIsNotThereIsAnsweredWithWhatIs) {
-  ASSERT_EQ(replay("--robot a=" + flat_ + "/a@0:5").exit_code, 0);
+  ASSERT_EQ(replay("--robot a=" + flat_ + "/a@0:60").exit_code, 0);
   const std::string render = "fleet render " + folder_.path("run/map.comap") + " --out " + folder_.path("x.png");
   for (const auto& [options, answer] : {std::pair(" --map nowhere", "holds no map 'nowhere', but a-1-0"),
                                         std::pair(" --view robot:b", "no keyframe of robot 'b', but of a"),
@@ -189,7 +189,7 @@ TEST_F(BadInput, RangesThatAreNone) {
           "config.yaml:3: odometry.depth_max_m: is 1, expected more than depth_min_m, 2");
   refused("edge_agent", "uplink:\n  jpeg_quality: 40\noutbox:\n  thin_jpeg_quality: 50\n",
           "config.yaml:4: outbox.thin_jpeg_quality: is 50, expected at most uplink.jpeg_quality, 40");
-  refused("edge_agent", "camera:\n  colour:\n    cx: 9999\n", "config.yaml:3: camera.colour.cx: is 9999");
+  refused("edge_agent", "camera:\n  colour:\n    cx: 9999\n", "config.yaml:3: camera.colour.cx: is '9999'");
   refused("mapping_core", "fusion:\n  depth_min_m: 1.5\n  depth_max_m: 1\n",
           "config.yaml:3: fusion.depth_max_m: is 1, expected more than depth_min_m, 1.5");
 }

@@ -181,7 +181,8 @@ void Browser::click(double x, double y) {
 }
 
 void Browser::tap(double x, double y) {
-  command("Input.dispatchTouchEvent", {{"type", "touchStart"}, {"touchPoints", {{{"x", x}, {"y", y}}}}});
+  command("Input.dispatchTouchEvent",
+          {{"type", "touchStart"}, {"touchPoints", Json::array({Json{{"x", x}, {"y", y}}})}});
   command("Input.dispatchTouchEvent", {{"type", "touchEnd"}, {"touchPoints", Json::array()}});
 }
 
@@ -190,10 +191,11 @@ void Browser::pinch(double x, double y, double other_x, double other_y) {
     command("Input.dispatchTouchEvent", {{"type", type}, {"touchPoints", points}});
   };
   const auto finger = [](int id, double at_x, double at_y) { return Json{{"id", id}, {"x", at_x}, {"y", at_y}}; };
-  touch("touchStart", {finger(1, x, y)});
-  touch("touchStart", {finger(1, x, y), finger(2, other_x, other_y)});
-  for (int step = 1; step <= 8; ++step) touch("touchMove", {finger(1, x, y), finger(2, other_x + 10 * step, other_y)});
-  touch("touchEnd", {finger(1, x, y)});
+  touch("touchStart", Json::array({finger(1, x, y)}));
+  touch("touchStart", Json::array({finger(1, x, y), finger(2, other_x, other_y)}));
+  for (int step = 1; step <= 8; ++step)
+    touch("touchMove", Json::array({finger(1, x, y), finger(2, other_x + 10 * step, other_y)}));
+  touch("touchEnd", Json::array({finger(1, x, y)}));
   touch("touchEnd", Json::array());
 }
 
