@@ -147,7 +147,7 @@ int run(const Arguments& arguments) {
     return keys ? 0 : failWith(keys.error());
   }
   if (arguments.health) return askHealth(config->telemetry, lines);
-  if (auto writable = checkFolderOf(arguments.report); !writable) return failWith(writable.error());
+  if (auto writable = checkWritable(arguments.report); !writable) return failWith(writable.error());
   auto telemetry = Telemetry::start(config->telemetry);
   if (!telemetry) return failWith(telemetry.error());
   const auto log = [&](const std::string& line) { lines.info(line); };

@@ -7,6 +7,7 @@
 
 #include "edge_agent/capture/image_codec.h"
 #include "edge_agent/capture/image_file.h"
+#include "protocol/types/whole_file.h"
 
 namespace comap {
 namespace {
@@ -130,6 +131,7 @@ std::vector<png_bytep> rowsOf(Image<T>& image) {
 template <class T>
 Result<void> writePng(const std::string& path, const Image<T>& image, int bits, int colour_type) {
   if (image.empty()) return Error{ErrorCode::kWrongUse, path + ": an empty picture cannot be written"};
+  if (auto free = checkNoDatabase(path); !free) return free;
   std::FILE* file = std::fopen(path.c_str(), "wb");
   if (file == nullptr) return Error{ErrorCode::kUnreachable, path + ": cannot be created: " + std::strerror(errno)};
   auto rows = rowsOf(const_cast<Image<T>&>(image));  // libpng's rows are not const, yet it only reads them here

@@ -1,8 +1,8 @@
 #include "fleet_tools/command_line/output_file.h"
 
 #include <filesystem>
-#include <fstream>
-#include <string_view>
+
+#include "protocol/types/whole_file.h"
 
 namespace comap {
 namespace {
@@ -15,14 +15,6 @@ Error refused(const std::string& path, const std::string& why) {
 
 Result<void> checkName(const std::string& path) {
   return path.empty() ? Result<void>(Error{ErrorCode::kWrongUse, "--out: the name is empty"}) : Result<void>();
-}
-
-bool isDatabase(const std::string& path) {
-  constexpr std::string_view kMagic = "SQLite format 3";
-  std::ifstream file(path, std::ios::binary);
-  std::string start(kMagic.size(), '\0');
-  file.read(start.data(), static_cast<std::streamsize>(start.size()));
-  return file && start == kMagic;
 }
 
 }  // namespace
@@ -39,7 +31,7 @@ Result<void> checkOutputFile(const std::string& path) {
   // Before it is opened: of a pipe the first byte would be waited for.
   if (fs::is_directory(status)) return refused(path, "is a folder, expected a file");
   if (!fs::is_regular_file(status)) return refused(path, "is no regular file");
-  if (isDatabase(path)) return refused(path, "is a map store or another database; choose another name");
+  if (const auto free = checkNoDatabase(path); !free) return Error{free.error().code, "--out " + free.error().text};
   return {};
 }
 

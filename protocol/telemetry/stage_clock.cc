@@ -6,6 +6,8 @@
 #include <cinttypes>
 #include <cstring>
 
+#include "protocol/types/whole_file.h"
+
 namespace comap {
 namespace {
 
@@ -25,6 +27,7 @@ StageClock& StageClock::process() {
 }
 
 Result<void> StageClock::traceTo(const std::string& path) {
+  if (auto free = checkNoDatabase(path); !free) return free;
   const std::scoped_lock lock(mutex_);
   trace_.reset(std::fopen(path.c_str(), "w"));
   if (!trace_) return cannotWrite(path);

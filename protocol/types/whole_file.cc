@@ -6,22 +6,36 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <fstream>
 
 namespace comap {
 
-Result<void> checkFolderOf(const std::string& path) {
+Result<void> checkNoDatabase(const std::string& path) {
+  struct stat there {};
+  if (stat(path.c_str(), &there) != 0 || !S_ISREG(there.st_mode))
+    return {};  // of a pipe the first byte would be waited for
+  constexpr std::string_view kMagic = "SQLite format 3";
+  std::ifstream file(path, std::ios::binary);
+  std::string start(kMagic.size(), '\0');
+  file.read(start.data(), static_cast<std::streamsize>(start.size()));
+  if (!file || start != kMagic) return {};
+  return Error{ErrorCode::kWrongUse, path + ": is a map store or another database; choose another name"};
+}
+
+Result<void> checkWritable(const std::string& path) {
   if (path.empty()) return {};
   const size_t slash = path.rfind('/');
   const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
   if (access(folder.c_str(), W_OK) != 0)
     return Error{ErrorCode::kUnreachable, path + ": cannot be written: " + std::strerror(errno)};
-  return {};
+  return checkNoDatabase(path);
 }
 
 Result<void> writeWholeFile(const std::string& path, std::string_view content) {
   struct stat there {};
   if (stat(path.c_str(), &there) == 0 && !S_ISREG(there.st_mode))
     return Error{ErrorCode::kUnreachable, path + ": is no regular file"};
+  if (auto free = checkNoDatabase(path); !free) return free;
   const std::string temporary = path + ".part";
   std::FILE* file = std::fopen(temporary.c_str(), "wb");
   if (file == nullptr) return Error{ErrorCode::kUnreachable, path + ": cannot be written: " + std::strerror(errno)};

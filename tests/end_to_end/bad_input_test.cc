@@ -131,6 +131,22 @@ TEST_F(BadInput, WhatIsNotThereIsAnsweredWithWhatIs) {
   }
 }
 
+TEST_F(BadInput, NoProgramWritesOverADatabase) {
+  const std::string database = folder_.path("other.comap"), content = std::string("SQLite format 3\0and more", 24);
+  const std::string agent =
+      "edge_agent --robot a --offline --outbox " + folder_.path("box") + " --source tum:" + flat_ + "/a@0:5";
+  const std::string core = "mapping_core --store " + folder_.path("new.comap");
+  for (const std::string& command : {core + " --trace ", core + " --report ", agent + " --trace ", agent + " --report ",
+                                     agent + " --preview ", agent + " --calibrate-check "}) {
+    std::ofstream(database, std::ios::binary) << content;
+    const ProgramRun run = runProgram(command + database);
+    EXPECT_EQ(run.exit_code, 2) << command;
+    EXPECT_THAT(run.err + run.out, HasSubstr("is a map store or another database")) << command;
+    std::ifstream file(database, std::ios::binary);
+    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), content) << command;
+  }
+}
+
 TEST_F(BadInput, OutputFolderThatIsNoRun) {
   fs::create_directories(folder_.path("run"));
   std::ofstream(folder_.path("run/thesis.txt")) << "precious";

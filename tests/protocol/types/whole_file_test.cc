@@ -32,9 +32,20 @@ TEST(WholeFile, LeavesDevicesAlone) {
 }
 
 TEST(WholeFile, ChecksTheFolderBeforehand) {
-  EXPECT_TRUE(checkFolderOf(""));
-  EXPECT_TRUE(checkFolderOf("/tmp/x"));
-  EXPECT_FALSE(checkFolderOf("/nonexistent/folder/x"));
+  EXPECT_TRUE(checkWritable(""));
+  EXPECT_TRUE(checkWritable("/tmp/x"));
+  EXPECT_FALSE(checkWritable("/nonexistent/folder/x"));
+}
+
+TEST(WholeFile, TakesTheNameOfNoDatabase) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("map.comap"), content("SQLite format 3\0", 16);
+  ASSERT_TRUE(writeWholeFile(path, content));
+  for (const auto& refused : {writeWholeFile(path, "x"), checkWritable(path)}) {
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::kWrongUse);
+  }
+  EXPECT_EQ(contentOf(path), content);
 }
 
 TEST(WholeFile, AFullDiskLeavesNothing) {
