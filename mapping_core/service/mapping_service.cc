@@ -37,7 +37,7 @@ MappingService::MappingService(const ServiceOptions& options, Link& link, MapSto
       ingest_(store),
       registry_(FernBook::standard(options.fern_seed).hash()),
       builder_(device, store, options.mapping),
-      tiles_(link, options.pace_tiles) {}
+      delivery_(link, options.pace_tiles) {}
 
 Result<void> MappingService::resume() {
   constexpr int kStartBits = 32;  // revisions of one life of the core
@@ -47,7 +47,7 @@ Result<void> MappingService::resume() {
   const auto starts = store_.countStart();
   if (!starts) return starts.error();
   first_revision_ = uint64_t{*starts} << kStartBits;
-  tiles_.beginAbove(first_revision_);
+  delivery_.beginAbove(first_revision_);
   if (auto stored = store_.setMeta("complete", "no"); !stored) return stored;
   const auto robots = store_.robots();
   if (!robots) return robots.error();
@@ -274,7 +274,7 @@ void MappingService::announceMerges(const MapChange& change) {
   for (const MergeRecord& merge : change.merges) {
     log_("maps " + merge.kept + " and " + merge.absorbed + " are one: " + std::to_string(merge.voters.size()) +
          " closures agree");
-    tiles_.drop(merge.absorbed);
+    delivery_.drop(merge.absorbed);
     send(Topic::kMerge, "", encodeMergeRecord(merge));
   }
   for (const MergeRecord& merge : change.undone) {
@@ -317,9 +317,9 @@ Result<void> MappingService::handleInterest(const Delivery& delivery) {
     return {};
   }
   if (interest->session == 0)
-    return registry_.robots().contains(interest->robot) ? Result<void>() : tiles_.answerObserver(*interest);
+    return registry_.robots().contains(interest->robot) ? Result<void>() : delivery_.answerObserver(*interest);
   RobotRecord* record = registry_.served(interest->robot, interest->session);
-  return record == nullptr ? Result<void>() : tiles_.answer(*record, *interest);
+  return record == nullptr ? Result<void>() : delivery_.answer(*record, *interest);
 }
 
 Result<void> MappingService::refreshTilesOf(const KeyframeId& anchor) {
@@ -331,9 +331,9 @@ Result<void> MappingService::refreshTilesOf(const KeyframeId& anchor) {
   options.spacing_m = options_.tile_spacing_m;
   const MapId map = mapIdOf(anchor);
   std::vector<Tile> tiles = buildTiles(map, *surfels, options);
-  addPlaces(map, builder_.placesOf(anchor), tiles_.tiles().tiles(map), PlaceOptions{}, tiles);
+  addPlaces(map, builder_.placesOf(anchor), delivery_.tiles().tiles(map), PlaceOptions{}, tiles);
   unpublished_.erase(anchor);
-  return tiles_.renew(map, std::move(tiles), registry_);
+  return delivery_.renew(map, std::move(tiles), registry_);
 }
 
 bool MappingService::quiet() const {

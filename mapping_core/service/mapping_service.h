@@ -77,8 +77,8 @@ class MappingService {
 
   const ServiceStatistics& statistics() const { return statistics_; }
   ServiceState state() const;
-  const TileIndex& tiles() const { return tiles_.tiles(); }
-  const std::map<std::string, uint64_t>& tileBytes() const { return tiles_.sentBytes(); }  ///< payload, by receiver
+  const TileIndex& tiles() const { return delivery_.tiles(); }
+  const std::map<std::string, uint64_t>& tileBytes() const { return delivery_.sentBytes(); }  ///< payload, by receiver
 
  private:
   Result<void> handle(const Delivery& delivery);
@@ -111,7 +111,7 @@ class MappingService {
   KeyframeIngest ingest_;
   RobotRegistry registry_;
   MapBuilder builder_;
-  TileDelivery tiles_;
+  TileDelivery delivery_;
   std::map<std::string, uint32_t> robot_index_;  // in order of first keyframe
   std::map<std::string, Latest> latest_;         // last mapped keyframe of each robot
   std::map<KeyframeId, uint32_t> unpublished_;   // anchor -> keyframes since its tiles were renewed
