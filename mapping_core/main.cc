@@ -145,7 +145,8 @@ int run(const Arguments& arguments) {
   }
   log.info("mapping core on " + device->info().name + ", site " + config->link.site + ", DDS domain " +
            std::to_string(config->link.domain) + ", store " + config->store);
-  MappingService service(config->service, **link, *store, *device, [&](const std::string& line) { log.info(line); });
+  MappingService service(config->service, **link, *store, *device,
+                         [&](LogLevel level, const std::string& line) { log.write(level, line); });
   if (auto resumed = service.resume(); !resumed) return failWith(resumed.error());
   if (auto served = serve(service, *telemetry, ros2, device->info().name); !served) return failWith(served.error());
   if (auto traced = telemetry->finish(); !traced) return failWith(traced.error());

@@ -99,7 +99,8 @@ Result<ReplayOutcome> replayLoopback(const ReplayOptions& options, const ReplayP
   auto store = MapStore::open(storePathOf(options.out), MapStore::Mode::kCreateOrOpen);
   if (!store) return store.error();
   const auto link = hub.connect(LinkRole::kCore);
-  MappingService service(core.service, *link, *store, *device, logAs("core"));
+  MappingService service(core.service, *link, *store, *device,
+                         [say = logAs("core")](LogLevel, const std::string& line) { say(line); });
 
   uint64_t session = 0;
   for (ReplayedRobot& robot : robots) {

@@ -34,6 +34,7 @@ const RobotRecord* RobotRegistry::alive(const std::string& robot, uint64_t sessi
   constexpr std::chrono::seconds kLate(3);  // what a robot that ended has sent arrives within
   constexpr int kSigns = 2;
   const auto it = robots_.find(robot);
+  if (second_of_name_.contains({robot, session})) second_heard_[robot] = now;
   if (it == robots_.end() || second_of_name_.contains({robot, session})) return nullptr;
   RobotRecord& present = it->second;
   if (present.since == std::chrono::steady_clock::time_point()) present.since = now;
@@ -53,6 +54,7 @@ const RobotRecord* RobotRegistry::alive(const std::string& robot, uint64_t sessi
   robots_.erase(it);
   robots_.emplace(robot, std::move(first));
   second_of_name_.insert(second);
+  second_heard_[robot] = now;
   return &refused->second;
 }
 
@@ -77,6 +79,14 @@ RobotRecord& RobotRegistry::admit(const Hello& hello) {
                        : "fern book " + hex(hello.fern_book_hash) + " differs from the core's " + hex(fern_book_hash_) +
                              ": robot and core must run builds or configurations with the same ferns";
   return record;
+}
+
+bool RobotRegistry::refuses(const std::string& robot, std::chrono::steady_clock::time_point now) const {
+  constexpr std::chrono::minutes kLately(5);
+  const auto present = robots_.find(robot);
+  if (present != robots_.end() && !present->second.refusal.empty()) return true;
+  const auto second = second_heard_.find(robot);
+  return second != second_heard_.end() && now - second->second < kLately;
 }
 
 RobotRecord* RobotRegistry::served(const std::string& robot, uint64_t session) {

@@ -48,6 +48,9 @@ class RobotRegistry {
   /// one name: the first keeps it, and the record of the second comes back with its refusal. Null else. What the second
   /// has delivered was acknowledged and is nowhere else: it stays, as what another start of the robot has seen.
   const RobotRecord* alive(const std::string& robot, uint64_t session, std::chrono::steady_clock::time_point now);
+  /// Whether a robot of this name is not served: its present session, or a second one that was heard in the last five
+  /// minutes. (A refused agent ends; what starts it again may take its time.)
+  bool refuses(const std::string& robot, std::chrono::steady_clock::time_point now) const;
   /// The record for a message of this robot and session; null if it never said hello, is refused, or the session is
   /// old.
   RobotRecord* served(const std::string& robot, uint64_t session);
@@ -57,8 +60,9 @@ class RobotRegistry {
  private:
   uint64_t fern_book_hash_;
   std::map<std::string, RobotRecord> robots_;
-  std::map<std::pair<std::string, uint64_t>, RobotRecord> remembered_;  // other sessions: of earlier starts
-  std::set<std::pair<std::string, uint64_t>> second_of_name_;           // refused, among the remembered
+  std::map<std::pair<std::string, uint64_t>, RobotRecord> remembered_;         // other sessions: of earlier starts
+  std::set<std::pair<std::string, uint64_t>> second_of_name_;                  // refused, among the remembered
+  std::map<std::string, std::chrono::steady_clock::time_point> second_heard_;  // last, by name
 };
 
 /// What the robot is told of its keyframes.

@@ -11,9 +11,14 @@ void addRobots(const ServiceState& state, MetricsPage& page) {
   for (const auto& [robot, one] : state.robots) {
     const MetricsPage::Labels labels{{"robot", robot}};
     if (one.silent_s && !one.finished)
-      page.gauge("comap_core_robot_silent_seconds", "Since a robot that has not ended was last heard of.",
-                 *one.silent_s, labels);
-    page.gauge("comap_core_robot_refused", "1 if a robot is not served.", one.refused ? 1 : 0, labels);
+      page.gauge(
+          "comap_core_robot_silent_seconds",
+          "Since a robot that has not ended was last heard of; of one that only an earlier core has heard, since "
+          "this one's start.",
+          *one.silent_s, labels);
+    page.gauge("comap_core_robot_refused",
+               "1 if a robot is not served, or in the last five minutes a second one of its name was not.",
+               one.refused ? 1 : 0, labels);
   }
 }
 
@@ -47,6 +52,8 @@ Telemetry::Report reportOf(const MappingService& service, const std::string& dev
   page.counter("comap_core_merges_undone_total", "Merges that were taken back.",
                static_cast<double>(statistics.merges_undone));
   page.gauge("comap_core_merges_on_probation", "Merges that later keyframes have yet to confirm.", state.on_probation);
+  page.gauge("comap_core_store_failing", "1 if the store takes no keyframes, as when its disk is full.",
+             state.store_failure.empty() ? 0 : 1);
   page.gauge("comap_core_maps", "Maps.", static_cast<double>(state.surfels.size()));
   for (const auto& [map, surfels] : state.surfels)
     page.gauge("comap_core_surfels", "Surfels of a map.", static_cast<double>(surfels), {{"map", map}});
@@ -55,12 +62,13 @@ Telemetry::Report reportOf(const MappingService& service, const std::string& dev
   addRobots(state, page);
 
   size_t present = 0;
-  for (const auto& [robot, one] : state.robots) present += one.silent_s && *one.silent_s < kGone_s && !one.refused;
+  for (const auto& [robot, one] : state.robots) present += one.served && *one.silent_s < kGone_s;
   page.gauge("comap_core_robots", "Robots heard in the last 10 s.", static_cast<double>(present));
-  report.readiness.ready = ready;
+  report.readiness.ready = ready && state.store_failure.empty();
   report.readiness.state =
-      fmt::format("{}{} robots, {} keyframes in {} maps, {} wait", ready ? "" : "finishing: ", present, state.keyframes,
-                  state.surfels.size(), state.waiting + state.unfused);
+      fmt::format("{}{}{} robots, {} keyframes in {} maps, {} wait", ready ? "" : "finishing: ",
+                  state.store_failure.empty() ? "" : "the store takes no keyframes: " + state.store_failure + "; ",
+                  present, state.keyframes, state.surfels.size(), state.waiting + state.unfused);
   return report;
 }
 

@@ -10,7 +10,7 @@ namespace comap {
 
 constexpr char kCoreMetrics[] = "comap_core";  ///< what the names of all its metrics begin with
 
-/// `ready`: it takes messages and does not only finish its store.
+/// `ready`: it takes messages and does not only finish its store. Whether that takes keyframes is seen here.
 Telemetry::Report reportOf(const MappingService& service, const std::string& device, bool ready);
 
 }  // namespace comap

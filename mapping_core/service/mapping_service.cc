@@ -41,6 +41,9 @@ MappingService::MappingService(const ServiceOptions& options, Link& link, MapSto
 
 Result<void> MappingService::resume() {
   constexpr int kStartBits = 32;  // revisions of one life of the core
+  auto presences = store_.presences();
+  if (!presences) return presences.error();
+  present_ = std::move(*presences);
   const auto keyframes = store_.keyframes();
   if (!keyframes) return keyframes.error();
   if (keyframes->empty()) return {};
@@ -72,7 +75,7 @@ Result<void> MappingService::resume() {
   }
   if (auto restored = builder_.restore(); !restored) return restored;
   for (const KeyframeId& anchor : builder_.components().anchors()) unpublished_[anchor] = 1;
-  log_("continues with " + std::to_string(keyframes_) + " keyframes in " +
+  info("continues with " + std::to_string(keyframes_) + " keyframes in " +
        std::to_string(builder_.components().anchors().size()) + " maps, " + std::to_string(ingest_.waiting()) +
        " more are still to be mapped");
   return {};
@@ -80,7 +83,8 @@ Result<void> MappingService::resume() {
 
 Result<bool> MappingService::step(std::chrono::milliseconds timeout) {
   bool worked = false;
-  const bool busy = (ingest_.hasNext() && !store_refuses_) || !builder_.caughtUp();
+  const bool takes = storeTakes();
+  const bool busy = (ingest_.hasNext() && takes) || !builder_.caughtUp();
   if (builder_.hasUnasked()) timeout = std::min(timeout, kCalm);
   auto delivery = link_.receive(busy ? std::chrono::milliseconds(0) : timeout);
   while (delivery) {
@@ -115,9 +119,7 @@ Result<void> MappingService::handle(const Delivery& delivery) {
       }
       const bool again = registry_.served(hello->robot, hello->session) != nullptr;
       const RobotRecord& record = registry_.admit(*hello);
-      if (!again)
-        log_(record.refusal.empty() ? "robot " + hello->robot + " is here"
-                                    : "robot " + hello->robot + " refused: " + record.refusal);
+      if (!again) noteHello(hello->robot, record.refusal);
       send(Topic::kAck, hello->robot, encodeAcknowledgement(acknowledgementOf(record)));
       return {};
     }
@@ -132,7 +134,10 @@ Result<void> MappingService::handle(const Delivery& delivery) {
         return {};
       }
       noteAlive(status->robot, status->session);
-      if (RobotRecord* record = registry_.served(status->robot, status->session)) record->finished = status->finished;
+      if (RobotRecord* record = registry_.served(status->robot, status->session)) {
+        record->finished = status->finished;
+        notePresence(status->robot, !status->finished);
+      }
       return {};
     }
     default:
@@ -141,10 +146,27 @@ Result<void> MappingService::handle(const Delivery& delivery) {
   }
 }
 
+void MappingService::noteHello(const std::string& robot, const std::string& refusal) {
+  if (!refusal.empty()) return error("robot " + robot + " refused: " + refusal);
+  info("robot " + robot + " is here");
+  notePresence(robot, true);
+}
+
+// So that a core that continues the store knows whom to miss. A store that takes nothing is told with the robot's next
+// word.
+void MappingService::notePresence(const std::string& robot, bool present) {
+  const auto known = present_.find(robot);
+  if (storeRefuses() || (known != present_.end() && known->second == present)) return;
+  if (auto written = store_.setPresent(robot, present); !written)
+    noteStore(written);
+  else
+    present_[robot] = present;
+}
+
 void MappingService::noteAlive(const std::string& robot, uint64_t session) {
   const RobotRecord* second = registry_.alive(robot, session, std::chrono::steady_clock::now());
   if (second == nullptr) return;
-  log_("robot " + robot + " refused: " + second->refusal);
+  noteHello(robot, second->refusal);
   send(Topic::kAck, robot, encodeAcknowledgement(acknowledgementOf(*second)));
 }
 
@@ -167,6 +189,7 @@ Result<void> MappingService::handleKeyframe(const Delivery& delivery) {
   const auto arrival = ingest_.ingest(delivery.payload);
   if (!arrival) {
     if (arrival.error().code == ErrorCode::kUnreachable) {
+      store_room_ = std::max(store_room_, delivery.payload.size());
       noteStore(arrival.error());
       return {};  // not acknowledged: its robot keeps it and sends it again
     }
@@ -188,17 +211,19 @@ Result<void> MappingService::handleKeyframe(const Delivery& delivery) {
 bool MappingService::storeTakes() {
   constexpr std::chrono::seconds kAgain(1);
   const auto now = std::chrono::steady_clock::now();
-  if (store_refuses_ && now - store_tried_ >= kAgain) noteStore(store_.tryWriting());
-  return !store_refuses_;
+  if (storeRefuses() && now - store_tried_ >= kAgain) noteStore(store_.tryWriting(store_room_));
+  return !storeRefuses();
 }
 
 void MappingService::noteStore(const Result<void>& written) {
   store_tried_ = std::chrono::steady_clock::now();
-  if (store_refuses_ == !written) return;
-  store_refuses_ = !written;
-  log_(written ? std::string("the store takes keyframes again")
-               : "the store takes no keyframes: " + written.error().text +
-                     ". Robots keep theirs and send them again; mapping goes on when it does");
+  if (storeRefuses() == !written) return;
+  store_failure_ = written ? std::string() : written.error().text;
+  if (written)
+    info("the store takes keyframes again");
+  else
+    error("the store takes no keyframes: " + store_failure_ +
+          ". Robots keep theirs and send them again; mapping goes on when it does");
 }
 
 Result<Keyframe> MappingService::read(const KeyframeId& id) {
@@ -265,24 +290,24 @@ Result<void> MappingService::announce(const MapChange& change) {
 }
 
 void MappingService::adviseOnLoad() {
-  if (const auto advice = load_.advise(std::chrono::steady_clock::now(), ingest_.waiting())) log_(*advice);
+  if (const auto advice = load_.advise(std::chrono::steady_clock::now(), ingest_.waiting())) info(*advice);
 }
 
 void MappingService::announceMerges(const MapChange& change) {
   statistics_.merges += change.merges.size();
   statistics_.merges_undone += change.undone.size();
   for (const MergeRecord& merge : change.merges) {
-    log_("maps " + merge.kept + " and " + merge.absorbed + " are one: " + std::to_string(merge.voters.size()) +
+    info("maps " + merge.kept + " and " + merge.absorbed + " are one: " + std::to_string(merge.voters.size()) +
          " closures agree");
     delivery_.drop(merge.absorbed);
     send(Topic::kMerge, "", encodeMergeRecord(merge));
   }
   for (const MergeRecord& merge : change.undone) {
-    log_("maps " + merge.kept + " and " + merge.absorbed + " are two again: " + merge.undone);
+    info("maps " + merge.kept + " and " + merge.absorbed + " are two again: " + merge.undone);
     send(Topic::kMerge, "", encodeMergeRecord(merge));
   }
   for (const Confirmation& one : change.confirmed)
-    log_("merge " + std::to_string(one.merge) + " is beyond doubt: " + describe(one));
+    info("merge " + std::to_string(one.merge) + " is beyond doubt: " + describe(one));
   if (change.undone.empty()) return;
   for (const KeyframeId& anchor : builder_.components().anchors()) ++unpublished_[anchor];
 }
@@ -366,7 +391,7 @@ Result<void> MappingService::finish(const std::function<void(size_t, size_t)>& p
     announceMerges(*cast);
   }
   for (const Confirmation& one : builder_.onProbation())
-    log_("merge " + std::to_string(one.merge) + " is still on probation: " + describe(one));
+    info("merge " + std::to_string(one.merge) + " is still on probation: " + describe(one));
   const auto tiles = finishMaps(builder_, store_, options_.mapping.fusion.stable_confidence,
                                 [&](FinishPhase, size_t done, size_t all) {
                                   if (progress) progress(done, all);
@@ -375,38 +400,45 @@ Result<void> MappingService::finish(const std::function<void(size_t, size_t)>& p
   const auto forgotten = store_.compactDue();
   if (!forgotten) return forgotten.error();
   if (*forgotten) {
-    log_("writes the store anew, without what was forgotten");
-    if (auto compacted = store_.compact(); !compacted) log_("not now, it stays due: " + compacted.error().text);
+    info("writes the store anew, without what was forgotten");
+    if (auto compacted = store_.compact(); !compacted) info("not now, it stays due: " + compacted.error().text);
   }
   return store_.setMeta("complete", "yes");
 }
 
 void MappingService::refuse(const Delivery& delivery, const std::string& why) {
   ++statistics_.refused_messages;
-  log_("message from '" + delivery.robot + "' refused: " + why);
+  info("message from '" + delivery.robot + "' refused: " + why);
 }
 
 void MappingService::send(Topic topic, const std::string& robot, const Result<std::vector<uint8_t>>& encoded) {
   // What does not get through is sent again: acknowledgements and corrections with the next one.
   if (!encoded) {
-    log_("message to '" + robot + "' not sent: " + encoded.error().text);
+    info("message to '" + robot + "' not sent: " + encoded.error().text);
     return;
   }
   if (auto published = link_.publish(topic, robot, *encoded); !published)
-    log_("message to '" + robot + "' not sent: " + published.error().text);
+    info("message to '" + robot + "' not sent: " + published.error().text);
 }
 
 ServiceState MappingService::state() const {
   const auto now = std::chrono::steady_clock::now();
   ServiceState state;
+  const auto since = [&](std::chrono::steady_clock::time_point then) {
+    return std::chrono::duration<double>(now - then).count();
+  };
   for (const auto& [robot, index] : robot_index_) state.robots[robot];
+  for (const auto& [robot, present] : present_)
+    if (present) state.robots[robot].silent_s = since(started_);
   for (const auto& [robot, record] : registry_.robots()) {
     ServiceState::Robot& one = state.robots[robot];
-    one.refused = !record.refusal.empty();
+    one.refused = registry_.refuses(robot, now);
     one.finished = record.finished;
-    if (record.heard != std::chrono::steady_clock::time_point())
-      one.silent_s = std::chrono::duration<double>(now - record.heard).count();
+    const bool heard = record.heard != std::chrono::steady_clock::time_point();  // more than its hello
+    one.silent_s = heard ? std::optional(since(record.heard)) : std::nullopt;
+    one.served = heard && record.refusal.empty();
   }
+  state.store_failure = store_failure_;
   for (const KeyframeId& anchor : builder_.components().anchors())
     state.surfels[mapIdOf(anchor)] = builder_.surfelCount(anchor);
   state.surfel_bytes = builder_.surfelBytes();

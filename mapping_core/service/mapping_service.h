@@ -14,6 +14,7 @@
 #include "mapping_core/service/map_builder.h"
 #include "mapping_core/service/tile_delivery.h"
 #include "protocol/link/link.h"
+#include "protocol/telemetry/log.h"
 #include "protocol/telemetry/time_histogram.h"
 
 namespace comap {
@@ -40,7 +41,10 @@ struct ServiceStatistics {
 /// The service at one moment.
 struct ServiceState {
   struct Robot {
-    std::optional<double> silent_s;  ///< since it was last heard of; never by this core if empty
+    /// Since it was last heard of, or since this core began if only the one before it has; empty if it never was, or
+    /// had ended before.
+    std::optional<double> silent_s;
+    bool served = false;  ///< by this core, which has heard of it
     bool refused = false, finished = false;
   };
   std::map<std::string, Robot> robots;
@@ -48,12 +52,13 @@ struct ServiceState {
   uint64_t surfel_bytes = 0;          ///< of device memory
   uint32_t keyframes = 0, waiting = 0, unfused = 0, on_probation = 0;
   CoreLoad::Figure load;
+  std::string store_failure;  ///< why the store takes no keyframes; empty as long as it does
 };
 
 /// Thread rule: one thread.
 class MappingService {
  public:
-  using Log = std::function<void(const std::string& line)>;
+  using Log = std::function<void(LogLevel level, const std::string& line)>;
   MappingService(const ServiceOptions& options, Link& link, MapStore& store, gpu::Device& device, Log log);
 
   /// Continues what the store holds from an earlier core, if anything: what is durable is acknowledged to robots that
@@ -82,9 +87,12 @@ class MappingService {
 
  private:
   Result<void> handle(const Delivery& delivery);
+  void noteHello(const std::string& robot, const std::string& refusal);
+  void notePresence(const std::string& robot, bool present);
   void noteAlive(const std::string& robot, uint64_t session);
   Result<void> handleKeyframe(const Delivery& delivery);
   bool storeTakes();
+  bool storeRefuses() const { return !store_failure_.empty(); }
   void noteStore(const Result<void>& written);
   Result<void> handleInterest(const Delivery& delivery);
   Result<Keyframe> read(const KeyframeId& id);
@@ -98,6 +106,8 @@ class MappingService {
   void send(Topic topic, const std::string& robot, const Result<std::vector<uint8_t>>& encoded);
   void publishStatus();
   void adviseOnLoad();
+  void info(const std::string& line) const { log_(LogLevel::kInfo, line); }
+  void error(const std::string& line) const { log_(LogLevel::kError, line); }
 
   struct Latest {
     KeyframeId id;
@@ -120,7 +130,10 @@ class MappingService {
   uint32_t keyframes_ = 0;
   uint64_t first_revision_ = 0;  // of corrections: above those of earlier cores on this store
   std::chrono::steady_clock::time_point last_mapped_;
-  bool store_refuses_ = false;
+  std::map<std::string, bool> present_;  // by robot, as the store has it: here, or orderly gone
+  const std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
+  std::string store_failure_;
+  size_t store_room_ = 256 << 10;  // about a keyframe: what must fit before the store counts as mended
   std::chrono::steady_clock::time_point store_tried_{};
 };
 

@@ -209,9 +209,9 @@ Result<std::vector<std::string>> MapStore::robots() const {
   }
 }
 
-Result<void> MapStore::tryWriting() {
-  constexpr size_t kBytes = 256 << 10;  // about a keyframe; it stays in the file as room for what is mapped next
-  if (auto written = setMeta("trial", std::string(kBytes, '.')); !written) return written;
+// What was written stays in the file, as room for what is mapped next.
+Result<void> MapStore::tryWriting(size_t bytes) {
+  if (auto written = setMeta("trial", std::string(bytes, '.')); !written) return written;
   return state_->database.execute("DELETE FROM meta WHERE key = 'trial'");
 }
 

@@ -147,8 +147,12 @@ class MapStore {
   Result<std::optional<size_t>> givenAgain(uint32_t merge) const;
   Result<void> setGivenAgain(uint32_t merge, size_t keyframes);
 
-  /// Whether the store takes changes now: some are written and taken back. The error says why it does not.
-  Result<void> tryWriting();
+  /// Whether the store takes changes now: so many bytes are written and taken back. The error says why it does not.
+  Result<void> tryWriting(size_t bytes);
+
+  /// Whether a robot is with the core, or has ended orderly; by robot, of those that this was ever noted of.
+  Result<std::map<std::string, bool>> presences() const;
+  Result<void> setPresent(const std::string& robot, bool present);
 
   /// Counts one more start of a core that continues this store: 1 for the first of them.
   Result<uint32_t> countStart();

@@ -30,6 +30,7 @@ constexpr const char* kRemovals[] = {
     "DELETE FROM tiles WHERE map IN (SELECT DISTINCT map FROM poses JOIN keyframes ON keyframe = arrival "
     "WHERE robot = ?1)",
     "DELETE FROM keyframes WHERE robot = ?1",
+    "DELETE FROM meta WHERE key = 'robot_present_' || ?1",
     // The contributor bits of the others close up, in their order.
     "UPDATE robots SET bit = -bit - 1 WHERE bit > (SELECT bit FROM robots WHERE name = ?1)",
     "DELETE FROM robots WHERE name = ?1",

@@ -1,7 +1,6 @@
 #include "protocol/telemetry/log.h"
 
 #include <chrono>
-#include <cstring>
 #include <ctime>
 #include <nlohmann/json.hpp>
 
@@ -23,17 +22,18 @@ std::string timeNow() {
 
 }  // namespace
 
-void Log::write(const char* level, const std::string& text) const {
+void Log::write(LogLevel level, const std::string& text) const {
+  const bool error = level == LogLevel::kError;
   std::string line;
   if (format_ == LogFormat::kJson) {
     nlohmann::ordered_json json;
     json["time"] = timeNow();
     json["program"] = program_;
-    json["level"] = level;
+    json["level"] = error ? "error" : "info";
     json["text"] = text;
     line = json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
   } else {
-    line = (std::strcmp(level, "error") == 0 ? program_ + ": " : "") + text;
+    line = (error ? program_ + ": " : "") + text;
   }
   line += '\n';
   std::fwrite(line.data(), 1, line.size(), out_);  // in one piece: lines of several threads do not mix

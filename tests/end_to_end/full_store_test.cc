@@ -8,10 +8,12 @@
 
 #include <chrono>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <thread>
 
 #include "tests/end_to_end/background.h"
 #include "tests/end_to_end/flat_test.h"
+#include "tests/protocol/telemetry/http_get.h"
 
 namespace comap {
 namespace {
@@ -27,6 +29,20 @@ class FullStore : public FlatTest {
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
     }
     return false;
+  }
+  // What /readyz answers is told once a second.
+  static bool awaitAnswer(int port, int status, Background& core) {
+    for (int i = 0; i < 600 && core.runs(); ++i) {
+      if (httpGet(port, "/readyz").status == status) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    return false;
+  }
+  static size_t errorsIn(const std::string& log) {
+    size_t count = 0;
+    std::istringstream lines(contentOf(log));
+    for (std::string line; std::getline(lines, line);) count += Json::parse(line).at("level") == "error";
+    return count;
   }
   Json info() {
     const ProgramRun run = runProgram("fleet info --json " + store_);
@@ -44,7 +60,11 @@ class FullStore : public FlatTest {
 };
 
 TEST_F(FullStore, NothingIsAcknowledgedThatIsNotThereAndAllComesWhenThereIsRoom) {
-  Background core("mapping_core", {"--domain", "94", "--core-site", site_, "--store", store_}, core_log_);
+  const int port = freePort();
+  Background core("mapping_core",
+                  {"--domain", "94", "--core-site", site_, "--store", store_, "--status-port", std::to_string(port),
+                   "--log-format", "json"},
+                  core_log_);
   ASSERT_TRUE(awaitLine(core_log_, "mapping core on", core)) << contentOf(core_log_);
   limitFiles(core.pid(), 600'000);
   Background agent(
@@ -55,10 +75,17 @@ TEST_F(FullStore, NothingIsAcknowledgedThatIsNotThereAndAllComesWhenThereIsRoom)
   ASSERT_TRUE(awaitLine(core_log_, "the store takes no keyframes", core)) << contentOf(core_log_);
   EXPECT_THAT(contentOf(core_log_), HasSubstr(store_));
   EXPECT_TRUE(agent.runs());
+  EXPECT_TRUE(awaitAnswer(port, 503, core));
+  EXPECT_THAT(httpGet(port, "/readyz").body, HasSubstr("the store takes no keyframes: "));
+  EXPECT_THAT(httpGet(port, "/metrics").body, HasSubstr("comap_core_store_failing 1\n"));
+  EXPECT_EQ(httpGet(port, "/healthz").status, 200) << "a new start would not help";
 
   limitFiles(core.pid(), RLIM_INFINITY);
   EXPECT_EQ(agent.wait(), 0) << contentOf(folder_.path("a.log"));
   EXPECT_THAT(contentOf(core_log_), HasSubstr("the store takes keyframes again"));
+  EXPECT_TRUE(awaitAnswer(port, 200, core));
+  EXPECT_THAT(httpGet(port, "/metrics").body, HasSubstr("comap_core_store_failing 0\n"));
+  EXPECT_EQ(errorsIn(core_log_), 1u) << contentOf(core_log_);
   EXPECT_EQ(core.end(SIGTERM), 0) << contentOf(core_log_);
   const Json after = info(), report = Json::parse(contentOf(folder_.path("a.json")));
   EXPECT_EQ(after.at("keyframes"), report.at("keyframes"));

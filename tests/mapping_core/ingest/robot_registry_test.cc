@@ -5,6 +5,9 @@
 namespace comap {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+using std::chrono::seconds;
+
 constexpr uint64_t kBook = 0xB00C;
 
 TEST(RobotRegistry, ServesWhoSaidHelloWithTheRightBook) {
@@ -21,6 +24,7 @@ TEST(RobotRegistry, RefusesAnotherFernBookWithTheReason) {
   const RobotRecord& record = registry.admit({"a", 1, kBook + 1, "x"});
   EXPECT_NE(record.refusal.find("fern book"), std::string::npos);
   EXPECT_EQ(registry.served("a", 1), nullptr);
+  EXPECT_TRUE(registry.refuses("a", Clock::now()));
   EXPECT_EQ(acknowledgementOf(record).refusal, record.refusal);
 }
 
@@ -51,9 +55,6 @@ TEST(RobotRegistry, KeyframesOfEarlierSessionsAreTakenAndAcknowledged) {
   EXPECT_EQ(registry.delivering("a", 2), nullptr);
 }
 
-using Clock = std::chrono::steady_clock;
-using std::chrono::seconds;
-
 TEST(RobotRegistry, OfTwoLiveRobotsOfOneNameTheFirstKeepsItAndTheSecondIsToldWhy) {
   RobotRegistry registry(kBook);
   const Clock::time_point start = Clock::time_point() + seconds(1000);
@@ -67,12 +68,16 @@ TEST(RobotRegistry, OfTwoLiveRobotsOfOneNameTheFirstKeepsItAndTheSecondIsToldWhy
   }
   ASSERT_NE(refused, nullptr);
   EXPECT_EQ(refused->session, 2u);
+  EXPECT_TRUE(registry.refuses("a", start + seconds(60)));
+  EXPECT_FALSE(registry.refuses("a", start + seconds(600))) << "it was told, and is gone";
+  EXPECT_FALSE(registry.refuses("b", start + seconds(60)));
   EXPECT_NE(acknowledgementOf(*refused).refusal.find("another robot named 'a'"), std::string::npos);
   EXPECT_NE(registry.served("a", 1), nullptr);
   EXPECT_EQ(registry.served("a", 2), nullptr);
   EXPECT_FALSE(registry.admit({"a", 2, kBook, "x"}).refusal.empty()) << "also when it asks again";
   EXPECT_NE(registry.served("a", 1), nullptr);
-  EXPECT_EQ(registry.alive("a", 2, start + seconds(9)), nullptr);
+  EXPECT_EQ(registry.alive("a", 2, start + seconds(500)), nullptr);
+  EXPECT_TRUE(registry.refuses("a", start + seconds(600))) << "it was not gone";
   EXPECT_TRUE(registry.admit({"a", 3, kBook, "x"}).refusal.empty()) << "a new start may be its successor";
 }
 

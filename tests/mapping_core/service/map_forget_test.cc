@@ -35,7 +35,8 @@ class MapForget : public StoreTest {
     LoopbackHub hub;
     const auto link = hub.connect(LinkRole::kCore);
     std::vector<std::string> log;
-    MappingService service(options, *link, store, device, [&](const std::string& line) { log.push_back(line); });
+    MappingService service(options, *link, store, device,
+                           [&](LogLevel, const std::string& line) { log.push_back(line); });
     EXPECT_TRUE(service.resume());
     const auto ended = service.finish({});
     EXPECT_TRUE(ended) << ended.error().text;
