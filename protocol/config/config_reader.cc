@@ -97,7 +97,7 @@ Result<ConfigReader> ConfigReader::fromFile(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::string text(kMaxBytes + 1, '\0');
   if (!file || !file.read(text.data(), static_cast<std::streamsize>(text.size())).eof()) {
-    if (file) return Error{ErrorCode::kBadData, path + ": over 1 MiB, which no configuration is"};
+    if (file) return Error{ErrorCode::kWrongUse, path + ": over 1 MiB, which no configuration is"};
     return Error{ErrorCode::kUnreachable, path + ": cannot be read"};
   }
   text.resize(static_cast<size_t>(file.gcount()));
@@ -105,17 +105,17 @@ Result<ConfigReader> ConfigReader::fromFile(const std::string& path) {
 }
 
 Result<ConfigReader> ConfigReader::fromText(const std::string& text, const std::string& name) {
-  if (text.size() > kMaxBytes) return Error{ErrorCode::kBadData, name + ": over 1 MiB, which no configuration is"};
+  if (text.size() > kMaxBytes) return Error{ErrorCode::kWrongUse, name + ": over 1 MiB, which no configuration is"};
   auto document = std::make_shared<Document>();
   document->name = name;
   YAML::Node root;
   try {
     root = YAML::Load(text);
   } catch (const YAML::Exception& error) {
-    return Error{ErrorCode::kBadData, name + ":" + std::to_string(error.mark.line + 1) + ": no YAML: " + error.msg};
+    return Error{ErrorCode::kWrongUse, name + ":" + std::to_string(error.mark.line + 1) + ": no YAML: " + error.msg};
   }
   if (!root.IsMap() && !root.IsNull()) {
-    return Error{ErrorCode::kBadData, name + ":" + std::to_string(lineOf(root)) + ": expected 'key: value' lines"};
+    return Error{ErrorCode::kWrongUse, name + ":" + std::to_string(lineOf(root)) + ": expected 'key: value' lines"};
   }
   Mapping* mapping = document->add("", root);
   return ConfigReader(std::move(document), mapping);
@@ -232,7 +232,7 @@ Result<void> ConfigReader::finish() const {
     if (mistake.line > 0) text.append(":").append(std::to_string(mistake.line));
     text.append(": ").append(mistake.text);
   }
-  return Error{ErrorCode::kBadData, text};
+  return Error{ErrorCode::kWrongUse, text};
 }
 
 }  // namespace comap

@@ -24,7 +24,7 @@ namespace comap {
 
 class ConfigReader {
  public:
-  /// kUnreachable if the file cannot be read, kBadData if it is no YAML mapping, has a key twice, or is over 1 MiB.
+  /// kUnreachable if the file cannot be read, kWrongUse if it is no YAML mapping, has a key twice, or is over 1 MiB.
   static Result<ConfigReader> fromFile(const std::string& path);
   /// The same for text; `name` stands for the file in errors.
   static Result<ConfigReader> fromText(const std::string& text, const std::string& name);
@@ -55,7 +55,7 @@ class ConfigReader {
   /// Notes a mistake of the caller's own at `key`, with its line: "robot.yaml:3: link.site: <what>".
   void complain(const std::string& key, const std::string& what);
 
-  /// Call on any reader of the file after all reads. kBadData with every mistake so far, in order of lines and joined
+  /// Call on any reader of the file after all reads. kWrongUse with every mistake so far, in order of lines and joined
   /// by "; ": wrong values, and "robot.yaml:12: unknown key 'link.protfile'; known: domain, profile, site".
   Result<void> finish() const;
 

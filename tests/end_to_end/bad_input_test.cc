@@ -185,12 +185,12 @@ TEST_F(BadInput, UnknownOptionAndVerb) {
 TEST_F(BadInput, UnknownConfigKey) {
   std::ofstream(folder_.path("robot.yaml")) << "robot: a\nlink:\n  domian: 3\n";
   const ProgramRun robot = runProgram("edge_agent --check-config --config " + folder_.path("robot.yaml"));
-  EXPECT_EQ(robot.exit_code, 3);
+  EXPECT_EQ(robot.exit_code, 2);
   EXPECT_THAT(robot.err, HasSubstr("robot.yaml:3"));
   EXPECT_THAT(robot.err, HasSubstr("domian"));
   std::ofstream(folder_.path("core.yaml")) << "matching:\n  votes: many\n";
   const ProgramRun core = runProgram("mapping_core --check-config --config " + folder_.path("core.yaml"));
-  EXPECT_EQ(core.exit_code, 3);
+  EXPECT_EQ(core.exit_code, 2);
   EXPECT_THAT(core.err, HasSubstr("votes"));
 }
 
@@ -198,7 +198,7 @@ TEST_F(BadInput, RangesThatAreNone) {
   const auto refused = [&](const std::string& program, const std::string& text, const std::string& why) {
     std::ofstream(folder_.path("config.yaml")) << text;
     const ProgramRun run = runProgram(program + " --check-config --config " + folder_.path("config.yaml"));
-    EXPECT_EQ(run.exit_code, 3) << text;
+    EXPECT_EQ(run.exit_code, 2) << text;
     EXPECT_THAT(run.err, HasSubstr(why));
   };
   refused("edge_agent", "odometry:\n  depth_min_m: 2\n  depth_max_m: 1\n",

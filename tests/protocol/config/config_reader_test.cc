@@ -133,7 +133,7 @@ TEST(ConfigReader, TheCallersOwnMistakesJoinIn) {
   reader->complain("b", "must be below a");
   const auto finished = reader->finish();
   ASSERT_FALSE(finished);
-  EXPECT_EQ(finished.error().code, ErrorCode::kBadData);
+  EXPECT_EQ(finished.error().code, ErrorCode::kWrongUse) << "no new start mends it";
   EXPECT_EQ(finished.error().text, "x.yaml:2: b: must be below a");
 }
 
