@@ -23,9 +23,10 @@ constexpr size_t kLastLines = 4;
 }  // namespace
 
 Result<ChildProcess> ChildProcess::start(const std::string& program, const std::vector<std::string>& arguments,
-                                         const std::string& log) {
+                                         const std::string& log, const std::string& package) {
   if (access(program.c_str(), X_OK) != 0)
-    return Error{ErrorCode::kUnreachable, program + ": " + std::strerror(errno) + "; it belongs beside this program"};
+    return Error{ErrorCode::kUnreachable, program + ": " + std::strerror(errno) +
+                                              "; it belongs beside this program, from the package " + package};
   const int output = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (output < 0) return Error{ErrorCode::kUnreachable, log + ": " + std::strerror(errno)};
   std::vector<char*> argv;

@@ -14,9 +14,10 @@ namespace comap {
 
 class ChildProcess {
  public:
-  /// Starts `program` (a path) with output and errors going to the file `log`. kUnreachable if it cannot be started.
+  /// Starts `program` (a path) with output and errors going to the file `log`. kUnreachable if it cannot be started;
+  /// `package` brings it.
   static Result<ChildProcess> start(const std::string& program, const std::vector<std::string>& arguments,
-                                    const std::string& log);
+                                    const std::string& log, const std::string& package);
   ChildProcess(ChildProcess&& other) noexcept;
   ChildProcess& operator=(ChildProcess&&) = delete;
   /// Ends it if it still runs: asks, and after 5 s forces.

@@ -92,7 +92,7 @@ Result<ReplayOutcome> replayDds(const ReplayOptions& options, const ReplayProgre
   for (const std::string& argument : {std::string("--store"), storePathOf(options.out), std::string("--device"),
                                       options.device, std::string("--report"), reportPath(options.out, "core")})
     arguments.push_back(argument);
-  auto core = ChildProcess::start(folder + "/mapping_core", arguments, logPath(options.out, "core"));
+  auto core = ChildProcess::start(folder + "/mapping_core", arguments, logPath(options.out, "core"), "comap-core");
   if (!core) return core.error();
 
   std::vector<ChildProcess> robots;
@@ -104,7 +104,8 @@ Result<ReplayOutcome> replayDds(const ReplayOptions& options, const ReplayProgre
           reportPath(options.out, robot.name), std::string("--outbox"), std::string("memory")})
       arguments.push_back(argument);
     if (options.realtime) arguments.push_back("--realtime");
-    auto process = ChildProcess::start(folder + "/edge_agent", arguments, logPath(options.out, robot.name));
+    auto process =
+        ChildProcess::start(folder + "/edge_agent", arguments, logPath(options.out, robot.name), "comap-edge");
     if (!process) return process.error();
     robots.push_back(std::move(*process));
   }

@@ -17,6 +17,12 @@ void listScenes() {
   for (const auto& info : knownScenes()) std::printf("%-10s %s\n", info.name, info.description);
 }
 
+std::vector<std::string> sceneNames() {
+  std::vector<std::string> names;
+  for (const auto& info : knownScenes()) names.emplace_back(info.name);
+  return names;
+}
+
 int run(const SynthOptions& options) {
   const bool terminal = isatty(STDERR_FILENO) != 0;
   const auto progress = [&](size_t done, size_t total) {
@@ -39,7 +45,9 @@ void addSynthVerb(CLI::App& app, int& exit_code) {
   options->threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
   auto noise = std::make_shared<std::string>("kinect");
   auto list = std::make_shared<bool>(false);
-  verb->add_option("--scene", options->scene, "Which scene, see --list-scenes")->capture_default_str();
+  verb->add_option("--scene", options->scene, "Which scene, see --list-scenes")
+      ->check(CLI::IsMember(sceneNames()))
+      ->capture_default_str();
   verb->add_option("--robots", options->robots, "Number of robots: a, b, c, ...")->capture_default_str();
   verb->add_option("--frames", options->frames, "Frames of each robot, 30 a second")->capture_default_str();
   verb->add_option("--seed", options->seed, "Same seed, same bytes")->capture_default_str();

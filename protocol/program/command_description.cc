@@ -30,6 +30,11 @@ std::vector<std::string> namesOf(const CLI::App& command) {
   return names;
 }
 
+bool takesPositional(const CLI::App& command) {
+  const auto options = optionsOf(command);
+  return std::any_of(options.begin(), options.end(), [](const OptionWords& option) { return option.names.empty(); });
+}
+
 std::vector<std::string> verbNamesOf(const CLI::App& command) {
   std::vector<std::string> names;
   for (const CLI::App* verb : command.get_subcommands({})) names.push_back(verb->get_name());
@@ -133,7 +138,11 @@ std::string bashCompletion(const CLI::App& app) {
   }
   out << "  esac\n"
       << "  COMPREPLY=($(compgen -W \"$words\" -- \"$word\"))\n"
-      << "  [[ $word == -* || -z $path ]] || COMPREPLY+=($(compgen -f -- \"$word\"))\n"
+      << "  case \"$path\" in\n";
+  for (const auto& [path, verb] : all)
+    if (takesPositional(*verb))
+      out << "    " << quoted(path) << ") [[ $word == -* ]] || COMPREPLY+=($(compgen -f -- \"$word\")) ;;\n";
+  out << "  esac\n"
       << "}\ncomplete -o filenames -F _" << name << " " << name << "\n";
   return out.str();
 }

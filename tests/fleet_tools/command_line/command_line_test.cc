@@ -82,6 +82,10 @@ TEST_F(CommandLine, BashCompletesVerbsOptionsAndValues) {
   const CLI::App* below = keys->get_subcommands({}).front();
   EXPECT_THAT(offered("fleet keys \"\""), Contains(below->get_name()));
   EXPECT_THAT(offered("fleet keys " + below->get_name() + " --"), Not(Contains("--format")));
+  EXPECT_THAT(offered("fleet keys " + folder_.path("my")), Not(Contains(folder_.path("my.comap")))) << "a verb comes";
+  EXPECT_THAT(offered("fleet keys " + below->get_name() + " " + folder_.path("my")),
+              Contains(folder_.path("my.comap")));
+  EXPECT_EQ(offered("fleet synth --scene fl"), std::set<std::string>{"flat"});
 }
 
 TEST_F(CommandLine, TheZshScriptNamesEveryVerbAndParses) {
