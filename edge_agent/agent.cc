@@ -72,6 +72,7 @@ Result<Agent::Progress> Agent::takeFrame() {
   }
   damaged_in_a_row_ = 0;
   if (!*next) {
+    source_ended_ = true;
     if (auto closed = closeKeyframe(); !closed) return closed.error();
     return Progress::kEnded;
   }

@@ -88,6 +88,7 @@ class Agent {
   uint64_t waitingBytes() const { return sender_.waitingBytes(); }
   /// How long keyframes have waited without the core acknowledging any; 0 if none waits.
   std::chrono::duration<double> stalled() const;
+  bool sourceEnded() const { return source_ended_; }
   bool hasPeer() const { return link_.peers() > 0; }
   uint64_t uplinkBytes() const { return sender_.bytesSent(); }
   uint64_t session() const { return session_; }
@@ -129,6 +130,7 @@ class Agent {
   int damaged_in_a_row_ = 0, backwards_in_a_row_ = 0;
   bool welcome_ = false;  // the core has answered the hello: topics may overtake each other, so nothing goes before
   bool had_peer_ = false;
+  bool source_ended_ = false;
   bool finished_ = false;  // as last told
   std::chrono::steady_clock::time_point last_hello_{}, last_status_{}, next_interest_{};
   uint32_t durable_below_ = 0;

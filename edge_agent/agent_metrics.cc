@@ -108,10 +108,12 @@ Telemetry::Report reportOf(const Agent& agent, const std::string& robot) {
   if (const auto camera = agent.captureHealth()) addCamera(*camera, labels, page);
   page.summary("comap_agent_odometry_seconds", "Tracking a frame and making its keyframe.", s.odometry_ms, labels);
   page.summary("comap_agent_registration_seconds", "Registering a frame against tiles.", s.localizer_ms, labels);
-  report.readiness.ready = s.frames > 0 && agent.tracking() != TrackingState::kLost;
-  report.readiness.state = fmt::format("robot {}: tracking {}, {} frames, {} keyframes, {} wait, core {}", robot,
-                                       trackingName(agent.tracking()), s.frames, s.keyframes, agent.unacknowledged(),
-                                       agent.hasPeer() ? "in sight" : "not in sight");
+  report.labels = labels;
+  report.readiness.ready = s.frames > 0 && !agent.sourceEnded() && agent.tracking() != TrackingState::kLost;
+  report.readiness.state =
+      fmt::format("robot {}: {}, {} frames, {} keyframes, {} wait, core {}", robot,
+                  agent.sourceEnded() ? "source has ended" : fmt::format("tracking {}", trackingName(agent.tracking())),
+                  s.frames, s.keyframes, agent.unacknowledged(), agent.hasPeer() ? "in sight" : "not in sight");
   return report;
 }
 

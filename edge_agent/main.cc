@@ -39,7 +39,7 @@ struct Arguments : ServiceArguments {
   size_t frames = 0;  // to record; 0 = until it is stopped
 };
 
-int failWith(const Error& error, const Log& log = Log(LogFormat::kText, "edge_agent")) {
+int failWith(const Error& error, const Log& log) {
   log.error(error.text);
   return exitCodeOf(error.code);
 }
@@ -133,9 +133,9 @@ Error nothingUsed(const AgentConfig& config, const AgentStatistics& statistics) 
                                    " damaged and the others have too little depth to start from"};
 }
 
-int run(const Arguments& arguments) {
+int run(const Arguments& arguments, const Log& early) {
   auto config = configure(arguments);
-  if (!config) return failWith(config.error());
+  if (!config) return failWith(config.error(), early);
   const Log lines = makeLog(config->telemetry, "edge_agent");
   const auto failWith = [&](const Error& error) { return comap::failWith(error, lines); };
   if (arguments.print_config) {
@@ -263,11 +263,8 @@ int main(int argc, char** argv) {
       ->excludes("--record");
   app.add_option("--frames", arguments.frames, "With --record: stop after so many")->needs("--record");
   app.set_version_flag("--version", "edge_agent " COMAP_VERSION);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
+  const comap::Log log = comap::earlyLog(argc, argv, "edge_agent");
+  if (const auto ended = comap::parse(app, argc, argv, log)) return *ended;
   if (arguments.list_sources) {
     comap::listSources();
     return 0;
@@ -276,5 +273,5 @@ int main(int argc, char** argv) {
   action.sa_handler = [](int) { comap::g_stop = 1; };
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
-  return comap::run(arguments);
+  return comap::run(arguments, log);
 }

@@ -28,14 +28,14 @@ struct Arguments : ServiceArguments {
   bool list_devices = false;
 };
 
-int failWith(const Error& error, const Log& log = Log(LogFormat::kText, "mapping_core")) {
+int failWith(const Error& error, const Log& log) {
   log.error(error.text);
   return exitCodeOf(error.code);
 }
 
-int listDevices() {
+int listDevices(const Log& log) {
   const auto devices = gpu::listDevices();
-  if (!devices) return failWith(devices.error());
+  if (!devices) return failWith(devices.error(), log);
   for (const gpu::DeviceInfo& device : *devices)
     std::printf("%u  %s (%s)%s%s\n", device.index, device.name.c_str(), device.type.c_str(),
                 device.refusal.empty() ? "" : ": cannot be used: ", device.refusal.c_str());
@@ -107,9 +107,9 @@ Result<void> serve(MappingService& service, Telemetry& telemetry, std::optional<
   return service.finish([&](size_t, size_t) { tell(false); });
 }
 
-int run(const Arguments& arguments) {
+int run(const Arguments& arguments, const Log& early) {
   auto config = configure(arguments);
-  if (!config) return failWith(config.error());
+  if (!config) return failWith(config.error(), early);
   const Log log = makeLog(config->telemetry, "mapping_core");
   const auto failWith = [&](const Error& error) { return comap::failWith(error, log); };
   if (arguments.print_config) {
@@ -176,15 +176,12 @@ int main(int argc, char** argv) {
   app.add_option("--device", arguments.device, "Vulkan device: auto, llvmpipe or a number of --list-devices");
   app.add_flag("--list-devices", arguments.list_devices, "Print the Vulkan devices, usable or why not, and stop");
   app.set_version_flag("--version", "mapping_core " COMAP_VERSION);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
+  const comap::Log log = comap::earlyLog(argc, argv, "mapping_core");
+  if (const auto ended = comap::parse(app, argc, argv, log)) return *ended;
   struct sigaction action {};
   action.sa_handler = [](int) { comap::g_stop = 1; };
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
   signal(SIGXFSZ, SIG_IGN);  // a store beyond its limit is an error like a full disk
-  return arguments.list_devices ? comap::listDevices() : comap::run(arguments);
+  return arguments.list_devices ? comap::listDevices(log) : comap::run(arguments, log);
 }

@@ -1,8 +1,43 @@
 #include "protocol/program/service_arguments.h"
 
+#include "protocol/config/config_reader.h"
 #include "protocol/program/command_description.h"
 
 namespace comap {
+
+namespace {
+
+// "--name VALUE" or "--name=VALUE"; empty if it is not there.
+std::string valueOf(const std::string& name, int argc, const char* const* argv) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == name && i + 1 < argc) return argv[i + 1];
+    if (word.starts_with(name + "=")) return word.substr(name.size() + 1);
+  }
+  return {};
+}
+
+}  // namespace
+
+Log earlyLog(int argc, const char* const* argv, const std::string& program) {
+  TelemetryOptions options;
+  options.log_format = valueOf("--log-format", argc, argv);
+  const std::string config = valueOf("--config", argc, argv);
+  if (options.log_format.empty() && !config.empty())
+    if (auto reader = ConfigReader::fromFile(config)) readTelemetryOptions(*reader, options);
+  return makeLog(options, program);
+}
+
+std::optional<int> parse(CLI::App& app, int argc, const char* const* argv, const Log& log) {
+  try {
+    app.parse(argc, argv);
+    return std::nullopt;
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    log.error(std::string(error.what()) + ": --help tells what there is");
+    return exitCodeOf(ErrorCode::kWrongUse);
+  }
+}
 
 void addServiceOptions(CLI::App& app, ServiceArguments& arguments, const std::string& site, const std::string& ros2) {
   app.add_option("--config", arguments.config, "YAML file; --print-config shows all keys");
@@ -27,6 +62,13 @@ void addServiceOptions(CLI::App& app, ServiceArguments& arguments, const std::st
   app.add_flag_callback(
       "--man", [&app] { throw CLI::CallForVersion(manPage(app, app.get_name()), 0); },
       "Print the manual page, for man -l -, and stop");
+  app.add_option_function<std::string>(
+         "--completion",
+         [&app](const std::string& shell) {
+           throw CLI::CallForVersion(shell == "bash" ? bashCompletion(app) : zshCompletion(app), 0);
+         },
+         "Print a script that completes options in this shell, and stop")
+      ->check(CLI::IsMember({"bash", "zsh"}));
 }
 
 Result<void> apply(const ServiceArguments& arguments, const std::string& program, const std::string& prefix,

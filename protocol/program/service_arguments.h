@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
 
 #include "protocol/link/dds_link.h"
@@ -15,6 +16,14 @@ struct ServiceArguments {
   int domain = -1, status_port = -1;  // -1: not given
   bool insecure = false, health = false, ros2 = false, print_config = false, check_config = false;
 };
+
+/// As the words of a command line ask for it, or the configuration that they name, before either is known to be right:
+/// for what is told until then.
+Log earlyLog(int argc, const char* const* argv, const std::string& program);
+
+/// Parses. The exit code if the program is to end: 0 if only help, version or the like was asked for, 2 if the command
+/// line is wrong, which `log` is told.
+std::optional<int> parse(CLI::App& app, int argc, const char* const* argv, const Log& log);
 
 /// Adds the options that fill `arguments`, which must live until `app` has parsed. `site` and `ros2` say in the help
 /// what these mean for the program.

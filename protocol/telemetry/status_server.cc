@@ -1,6 +1,9 @@
 #include "protocol/telemetry/status_server.h"
 
 #include <civetweb.h>
+#include <netdb.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <array>
 #include <cerrno>
@@ -52,14 +55,6 @@ struct StatusServer::Page {
 
 namespace {
 
-// The library counts its users.
-struct StatusLibrary {
-  StatusLibrary() { mg_init_library(0); }
-  ~StatusLibrary() { mg_exit_library(); }
-  StatusLibrary(const StatusLibrary&) = delete;
-  StatusLibrary& operator=(const StatusLibrary&) = delete;
-};
-
 const char* reasonOf(int status) {
   switch (status) {
     case 200:
@@ -79,6 +74,35 @@ void send(mg_connection* connection, const Answer& answer, bool with_body) {
             "close\r\n\r\n",
             answer.status, reasonOf(answer.status), answer.type.c_str(), answer.body.size());
   if (with_body) mg_write(connection, answer.body.data(), answer.body.size());
+}
+
+// Why nobody can listen there. The HTTP library does not tell apart what is not an address and what is taken.
+std::string whyNot(const std::string& address, int port) {
+  addrinfo hints{}, *found = nullptr;
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_PASSIVE;
+  const std::string host =
+      address.starts_with('[') && address.ends_with(']') ? address.substr(1, address.size() - 2) : address;
+  if (const int code = getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &found); code != 0)
+    return "status.address '" + address + "' is neither an address nor a name that this machine can resolve (" +
+           gai_strerror(code) + ")";
+  const int fd = socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const int on = 1;  // as the library does
+  setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  const bool free = bind(fd, found->ai_addr, found->ai_addrlen) == 0 && listen(fd, 1) == 0;
+  const int code = free ? 0 : errno;
+  freeaddrinfo(found);
+  close(fd);
+  switch (code) {
+    case EADDRNOTAVAIL:
+      return "status.address '" + address + "' is not an address of this machine";
+    case EADDRINUSE:
+      return "another program listens on this port; choose another status.port";
+    case EACCES:
+      return "ports below 1024 need rights that this program has not; choose another status.port";
+    default:
+      return code == 0 ? std::string() : std::strerror(code);
+  }
 }
 
 }  // namespace
@@ -104,12 +128,12 @@ Result<std::unique_ptr<StatusServer>> StatusServer::start(const std::string& add
   mg_error_data error{};
   error.text = text.data();
   error.text_buffer_size = text.size();
-  errno = 0;
   mg_context* context = mg_start2(&init, &error);
-  if (context == nullptr)
-    return Error{ErrorCode::kUnreachable, "status page: cannot listen on " + listen + ": " +
-                                              (text[0] != 0 ? std::string(text.data()) : std::strerror(errno)) +
-                                              "; is another program there? Choose another status.port"};
+  if (context == nullptr) {
+    const std::string why = whyNot(address, port);
+    return Error{ErrorCode::kUnreachable,
+                 "status page: cannot listen on " + listen + ": " + (why.empty() ? text.data() : why)};
+  }
   server->context_ = context;
   mg_server_port ports{};
   if (mg_get_server_ports(context, 1, &ports) == 1) server->port_ = ports.port;
@@ -140,27 +164,6 @@ void StatusServer::publish(std::string metrics, Readiness readiness) {
   page_->metrics = std::move(metrics);
   page_->readiness = std::move(readiness);
   page_->published = Clock::now();
-}
-
-Result<std::string> askStatus(const std::string& address, int port, const std::string& path) {
-  constexpr size_t kMostBytes = 1u << 20;
-  // What listens on all interfaces answers on loopback.
-  const std::string host = address == "0.0.0.0" ? "127.0.0.1" : address;
-  const std::string where = "http://" + host + ":" + std::to_string(port) + path;
-  const StatusLibrary library;
-  std::array<char, 256> error{};
-  mg_connection* connection = mg_download(host.c_str(), port, 0, error.data(), error.size(),
-                                          "GET %s HTTP/1.0\r\nHost: %s\r\n\r\n", path.c_str(), host.c_str());
-  if (connection == nullptr) return Error{ErrorCode::kUnreachable, where + ": " + error.data()};
-  const int status = mg_get_response_info(connection)->status_code;
-  std::string body;
-  std::array<char, 4096> part;
-  for (int n = 0; body.size() < kMostBytes && (n = mg_read(connection, part.data(), part.size())) > 0;)
-    body.append(part.data(), static_cast<size_t>(n));
-  mg_close_connection(connection);
-  while (!body.empty() && body.back() == '\n') body.pop_back();
-  if (status != 200) return Error{ErrorCode::kProblem, where + ": " + body};
-  return body;
 }
 
 }  // namespace comap

@@ -22,7 +22,7 @@ class StatusServer {
   /// How long a program that has begun its work may publish nothing before it counts as stuck.
   static constexpr std::chrono::seconds kPatience{60};
 
-  /// `port` 0 takes any that is free. kUnreachable if the address cannot be listened on.
+  /// `port` 0 takes any that is free. kUnreachable if the address cannot be listened on, with the reason.
   static Result<std::unique_ptr<StatusServer>> start(const std::string& address, int port,
                                                      std::chrono::milliseconds patience = kPatience);
   ~StatusServer();
@@ -41,9 +41,5 @@ class StatusServer {
   void* context_ = nullptr;  // of the HTTP library
   int port_ = 0;
 };
-
-/// What a running program answers to `path` on its status page; kProblem if that is not status 200, kUnreachable if
-/// there is no answer.
-Result<std::string> askStatus(const std::string& address, int port, const std::string& path);
 
 }  // namespace comap

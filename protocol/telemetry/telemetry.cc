@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "protocol/config/yaml_text.h"
+#include "protocol/telemetry/ask_status.h"
 #include "protocol/telemetry/stage_clock.h"
 
 namespace comap {
@@ -64,8 +65,10 @@ void Telemetry::tell(const std::string& prefix, const std::function<Report()>& r
   manager_.alive(told.readiness.state);
   if (stopping_s_ > 0) manager_.stopping(stopping_s_);  // anew from now: as long as it goes on it may take
   if (!server_) return;
-  for (const auto& [stage, times] : StageClock::process().times())
-    told.metrics.summary(prefix + "_stage_seconds", "Time spent in each stage of the work.", times, {{"stage", stage}});
+  for (const auto& [stage, times] : StageClock::process().times()) {
+    told.labels["stage"] = stage;
+    told.metrics.summary(prefix + "_stage_seconds", "Time spent in each stage of the work.", times, told.labels);
+  }
   told.metrics.process();
   server_->publish(told.metrics.text(), std::move(told.readiness));
 }

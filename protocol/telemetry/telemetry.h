@@ -38,6 +38,7 @@ class Telemetry {
   struct Report {
     MetricsPage metrics;
     Readiness readiness;
+    MetricsPage::Labels labels = {};  ///< of the times of stages, besides the stage
   };
 
   /// kUnreachable if the port or the trace's file cannot be had.

@@ -2,6 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "tests/files/temporary_folder.h"
+
 namespace comap {
 namespace {
 
@@ -41,6 +47,54 @@ TEST(ServiceArguments, whatIsGivenGoesBeforeTheConfiguration) {
   EXPECT_TRUE(link.insecure);
   EXPECT_EQ(telemetry.status_port, 0);
   EXPECT_EQ(telemetry.log_format, "json");
+}
+
+TEST(ServiceArguments, aShellCompletesItsOptions) {
+  ServiceArguments arguments;
+  CLI::App app("Serves robots.", "server");
+  addServiceOptions(app, arguments, "Site", "Map");
+  for (const std::string shell : {"bash", "zsh"}) {
+    try {
+      app.parse("--completion " + shell);
+      FAIL() << "the script is not asked for";
+    } catch (const CLI::CallForVersion& script) {
+      const std::string text = script.what();
+      EXPECT_EQ(script.get_exit_code(), 0);
+      for (const char* word : {"server", "--status-port", "--log-format"})
+        EXPECT_NE(text.find(word), std::string::npos) << shell << " lacks " << word;
+    }
+  }
+}
+
+std::string toldBy(const std::function<void()>& program) {
+  testing::internal::CaptureStderr();
+  program();
+  return testing::internal::GetCapturedStderr();
+}
+
+TEST(ServiceArguments, aWrongCommandLineIsToldInTheFormatThatIsAskedFor) {
+  ServiceArguments arguments;
+  CLI::App app("Serves robots.", "server");
+  addServiceOptions(app, arguments, "Site", "Map");
+  const char* const json[] = {"server", "--domain", "999", "--log-format=json"};
+  const std::string line = toldBy([&] { EXPECT_EQ(parse(app, 4, json, earlyLog(4, json, "server")), 2); });
+  const auto told = nlohmann::json::parse(line);
+  EXPECT_EQ(told.at("level"), "error");
+  EXPECT_NE(told.at("text").get<std::string>().find("999"), std::string::npos) << line;
+  const char* const text[] = {"server", "--no-such-thing"};
+  EXPECT_TRUE(toldBy([&] { EXPECT_EQ(parse(app, 2, text, earlyLog(2, text, "server")), 2); }).starts_with("server: "));
+  const char* const right[] = {"server", "--domain", "9"};
+  EXPECT_EQ(parse(app, 3, right, earlyLog(3, right, "server")), std::nullopt);
+}
+
+TEST(ServiceArguments, aWrongConfigurationIsToldInTheFormatThatItAsksFor) {
+  const TemporaryFolder folder;
+  std::ofstream(folder.path("c.yaml")) << "log: {format: json}\nno_such_key: 1\n";
+  const std::string path = folder.path("c.yaml");
+  const char* const words[] = {"server", "--config", path.c_str()};
+  EXPECT_TRUE(nlohmann::json::accept(toldBy([&] { earlyLog(3, words, "server").error("bad"); })));
+  const char* const nowhere[] = {"server", "--config", "/nonexistent"};
+  EXPECT_EQ(toldBy([&] { earlyLog(3, nowhere, "server").error("bad"); }), "server: bad\n");
 }
 
 }  // namespace

@@ -1,11 +1,15 @@
 #include "protocol/telemetry/status_server.h"
 
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <vector>
 
+#include "protocol/telemetry/ask_status.h"
 #include "tests/protocol/telemetry/http_get.h"
 
 namespace comap {
@@ -105,11 +109,34 @@ TEST(StatusServer, APortInUseIsSaid) {
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().code, ErrorCode::kUnreachable);
   EXPECT_NE(second.error().text.find(std::to_string(first->port())), std::string::npos) << second.error().text;
+  EXPECT_NE(second.error().text.find("another program"), std::string::npos) << second.error().text;
 }
 
 TEST(StatusServer, AnAddressThatIsNotHereIsSaid) {
-  EXPECT_FALSE(StatusServer::start("203.0.113.7", 0));
-  EXPECT_FALSE(StatusServer::start("no address", 0));
+  const auto elsewhere = StatusServer::start("203.0.113.7", 0), unknown = StatusServer::start("no address", 0);
+  ASSERT_FALSE(elsewhere);
+  EXPECT_NE(elsewhere.error().text.find("'203.0.113.7' is not an address of this machine"), std::string::npos)
+      << elsewhere.error().text;
+  ASSERT_FALSE(unknown);
+  EXPECT_NE(unknown.error().text.find("'no address' is neither an address nor a name"), std::string::npos)
+      << unknown.error().text;
+}
+
+// It takes the connection, as the kernel does for a program that is stopped, and says nothing.
+TEST(StatusServer, WhoAsksAProgramThatHangsIsToldSoon) {
+  const int fd = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  ASSERT_EQ(bind(fd, reinterpret_cast<const sockaddr*>(&address), size), 0);
+  ASSERT_EQ(listen(fd, 1), 0);
+  ASSERT_EQ(getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size), 0);
+  const auto answer = askStatus("127.0.0.1", ntohs(address.sin_port), "/healthz", milliseconds(100));
+  close(fd);
+  ASSERT_FALSE(answer);
+  EXPECT_EQ(answer.error().code, ErrorCode::kUnreachable);
+  EXPECT_NE(answer.error().text.find("has not answered it in 100 ms"), std::string::npos) << answer.error().text;
 }
 
 }  // namespace
