@@ -6,18 +6,15 @@ install(TARGETS mapping_core RUNTIME COMPONENT core)
 install(TARGETS edge_agent RUNTIME COMPONENT edge)
 install(TARGETS fleet RUNTIME COMPONENT tools)
 
-# The default configurations, with what a service needs set differently. The programs themselves write them.
+# A service's configuration holds only what differs from the defaults, so that new defaults leave it alone. All keys with
+# their defaults are an example.
+install(FILES containers/services/core.yaml DESTINATION /etc/comap COMPONENT core)
+install(FILES containers/services/robot.yaml DESTINATION /etc/comap COMPONENT edge)
+install(FILES config/core.yaml DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/comap-core/examples COMPONENT core)
+install(FILES config/robot.yaml DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/comap-edge/examples COMPONENT edge)
+
+# Manual pages and completion. The programs themselves write them.
 if(NOT CMAKE_CROSSCOMPILING)
-  set(etc ${PROJECT_BINARY_DIR}/etc)
-  set(services ${PROJECT_SOURCE_DIR}/containers/services)
-  add_custom_command(
-    OUTPUT ${etc}/core.yaml
-    COMMAND mapping_core --config ${services}/core.yaml --print-config > ${etc}/core.yaml
-    DEPENDS mapping_core ${services}/core.yaml VERBATIM)
-  add_custom_command(
-    OUTPUT ${etc}/robot.yaml
-    COMMAND edge_agent --config ${services}/robot.yaml --print-config > ${etc}/robot.yaml
-    DEPENDS edge_agent ${services}/robot.yaml VERBATIM)
   set(tools ${PROJECT_BINARY_DIR}/tools)
   add_custom_command(
     OUTPUT ${tools}/fleet
@@ -27,20 +24,26 @@ if(NOT CMAKE_CROSSCOMPILING)
     DEPENDS fleet VERBATIM)
   foreach(program mapping_core edge_agent)
     add_custom_command(
-      OUTPUT ${etc}/${program}.1
-      COMMAND ${program} --man > ${etc}/${program}.1
+      OUTPUT ${tools}/${program}.1
+      COMMAND ${program} --man > ${tools}/${program}.1
+      COMMAND ${program} --completion bash > ${tools}/${program}
+      COMMAND ${program} --completion zsh > ${tools}/_${program}
       DEPENDS ${program} VERBATIM)
   endforeach()
-  file(MAKE_DIRECTORY ${etc} ${tools})
-  add_custom_target(packaged_files ALL
-    DEPENDS ${etc}/core.yaml ${etc}/robot.yaml ${etc}/mapping_core.1 ${etc}/edge_agent.1 ${tools}/fleet)
-  install(FILES ${etc}/mapping_core.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT core)
-  install(FILES ${etc}/edge_agent.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT edge)
+  file(MAKE_DIRECTORY ${tools})
+  add_custom_target(packaged_files ALL DEPENDS ${tools}/mapping_core.1 ${tools}/edge_agent.1 ${tools}/fleet)
+  set(completions_bash ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+  set(completions_zsh ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions)
+  foreach(program_of mapping_core:core edge_agent:edge fleet:tools)
+    string(REPLACE ":" ";" program_of ${program_of})
+    list(GET program_of 0 program)
+    list(GET program_of 1 package)
+    install(FILES ${tools}/${program} DESTINATION ${completions_bash} COMPONENT ${package})
+    install(FILES ${tools}/_${program} DESTINATION ${completions_zsh} COMPONENT ${package})
+  endforeach()
+  install(FILES ${tools}/mapping_core.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT core)
+  install(FILES ${tools}/edge_agent.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT edge)
   install(DIRECTORY ${tools}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT tools)
-  install(FILES ${tools}/fleet DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT tools)
-  install(FILES ${tools}/_fleet DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT tools)
-  install(FILES ${etc}/core.yaml DESTINATION /etc/comap COMPONENT core)
-  install(FILES ${etc}/robot.yaml DESTINATION /etc/comap COMPONENT edge)
 endif()
 install(FILES containers/systemd/comap-core.service DESTINATION lib/systemd/system COMPONENT core)
 install(FILES containers/systemd/comap-edge.service DESTINATION lib/systemd/system COMPONENT edge)
@@ -55,8 +58,10 @@ foreach(package core edge tools dev robot robot_dev)
   endif()
   install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name} RENAME copyright COMPONENT ${package})
 endforeach()
-install(FILES README.md CHANGELOG.md docs/operations.md docs/deployment.md docs/scaling.md docs/evaluation.md docs/architecture.md docs/robot-api.md
-  DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/comap-tools COMPONENT tools)
+# As in the source, so that links between them hold.
+set(documentation ${CMAKE_INSTALL_DATADIR}/doc/comap-tools)
+install(FILES README.md CHANGELOG.md LICENSE DESTINATION ${documentation} COMPONENT tools)
+install(DIRECTORY docs DESTINATION ${documentation} COMPONENT tools)
 
 # For programs that speak with robots and core themselves: types, messages and their encoding, link.
 set(exported types proto codec keys discovery link session)
@@ -81,13 +86,15 @@ install(TARGETS comap_robot EXPORT comap_robot
 install(EXPORT comap_robot NAMESPACE comap:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/comap_robot
   FILE comap_robot-config.cmake COMPONENT robot_dev)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/comap_robot-config-version.cmake COMPATIBILITY SameMinorVersion)
+set(pkgconfig ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+file(RELATIVE_PATH up_from_pkgconfig /${pkgconfig} /)  # its prefix is where it comes to lie, a package's too
 configure_file(robot_api/comap-robot.pc.in ${PROJECT_BINARY_DIR}/comap-robot.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/comap_robot-config-version.cmake
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/comap_robot COMPONENT robot_dev)
-install(FILES ${PROJECT_BINARY_DIR}/comap-robot.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT robot_dev)
+install(FILES ${PROJECT_BINARY_DIR}/comap-robot.pc DESTINATION ${pkgconfig} COMPONENT robot_dev)
 install(FILES robot_api/comap_robot.h robot_api/comap_robot.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
   COMPONENT robot_dev)
-install(FILES docs/robot-api.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libcomap-robot-dev COMPONENT robot_dev)
+install(FILES docs/robot-api.md docs/wire.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libcomap-robot-dev COMPONENT robot_dev)
 install(DIRECTORY robot_api/example/ DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libcomap-robot-dev/examples
   COMPONENT robot_dev)
 
@@ -135,7 +142,7 @@ set(CPACK_COMPONENT_DEV_DESCRIPTION "Protocol library of CoMap
  Types, messages and link, for programs that speak with robots and core.")
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
-  "libeigen3-dev, libprotobuf-dev, libfastrtps-dev, libfastcdr-dev, libssl-dev, libturbojpeg0-dev, libzstd-dev")
+  "libeigen3-dev, libprotobuf-dev, libfastrtps-dev, libfastcdr-dev, libssl-dev, libjpeg62-turbo-dev, libturbojpeg0-dev, libzstd-dev")
 set(CPACK_DEBIAN_ROBOT_PACKAGE_NAME libcomap-robot1)
 set(CPACK_COMPONENT_ROBOT_DESCRIPTION "Pose and map of a robot of CoMap for its other programs
  Reads from the agent on the same robot where it is and which surfaces are
