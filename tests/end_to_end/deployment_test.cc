@@ -106,6 +106,7 @@ TEST_F(Deployment, MetricsHealthAndLogsOfARunFitTheDashboardAndTheAlerts) {
            answer.body.find("comap_core_tile_bytes_total{") != std::string::npos;
   };
   const HttpAnswer agent_metrics = httpGet(agent_port, "/metrics");
+  EXPECT_NE(agent_metrics.body.find("comap_agent_stage_seconds_count{robot=\"a\",stage="), std::string::npos);
   EXPECT_EQ(runProgram("edge_agent --health --status-port " + std::to_string(agent_port)).exit_code, 0);
   const HttpAnswer core_metrics = await(core_port, "/metrics", mapsSome);
   EXPECT_EQ(runProgram("mapping_core --health --status-port " + std::to_string(core_port)).exit_code, 0);
@@ -138,6 +139,21 @@ TEST_F(Deployment, MetricsHealthAndLogsOfARunFitTheDashboardAndTheAlerts) {
   EXPECT_TRUE(nlohmann::json::accept(contentOf(folder_.path("trace.json"))));
 }
 
+TEST_F(Deployment, AnAgentWhoseRecordingHasEndedIsNotReady) {
+  const int port = freePort();
+  Background agent(
+      "edge_agent",
+      {"--domain", "95", "--core-site", "ended-" + std::to_string(getpid()), "--robot", "a", "--source",
+       "tum:" + flat_ + "/a@0:10", "--realtime", "--outbox", "memory", "--status-port", std::to_string(port)},
+      folder_.path("a.log"));
+  const HttpAnswer ended = await(port, "/readyz", [](const HttpAnswer& answer) {
+    return answer.body.find("source has ended") != std::string::npos;
+  });
+  EXPECT_EQ(ended.status, 503) << ended.body;
+  EXPECT_EQ(httpGet(port, "/healthz").status, 200);
+  agent.end(SIGTERM);
+}
+
 TEST_F(Deployment, APortThatIsTakenIsSaid) {
   const int fd = socket(AF_INET, SOCK_STREAM, 0);
   sockaddr_in address{};
@@ -163,6 +179,22 @@ void expectServesDiscovery(const YAML::Node& command) {
   EXPECT_EQ(runProgram(words + "--listen 127.0.0.1:1 --ask 127.0.0.1:1").exit_code, 3) << words;
 }
 
+// Its own volume of keys, which the service `keys` fills and nobody else has; and none with the authority's.
+void expectOnlyItsKeys(const YAML::Node& services, const std::string& name, const std::string& participant) {
+  const std::string own = "keys-" + participant;
+  std::set<std::string> mounts;
+  for (const auto& volume : services[name]["volumes"]) mounts.insert(volume.as<std::string>());
+  EXPECT_TRUE(mounts.contains(own + ":/keys:ro")) << name;
+  for (const std::string& mount : mounts)
+    EXPECT_TRUE(mount.starts_with(own + ":") || (!mount.starts_with("keys") && !mount.starts_with("authority")))
+        << name << " mounts " << mount;
+  std::set<std::string> filled, named;
+  for (const auto& volume : services["keys"]["volumes"]) filled.insert(volume.as<std::string>());
+  for (const auto& word : services["keys"]["command"]) named.insert(word.as<std::string>());
+  EXPECT_TRUE(filled.contains(own + ":/keys/" + participant)) << own;
+  EXPECT_TRUE(named.contains(participant)) << participant;
+}
+
 // A run under a wrong option would end at once, in somebody's cluster.
 TEST(DeploymentFiles, ComposeStartsProgramsThatTakeTheirOptions) {
   const YAML::Node compose = YAML::LoadFile(kContainers + "compose.yaml");
@@ -181,24 +213,69 @@ TEST(DeploymentFiles, ComposeStartsProgramsThatTakeTheirOptions) {
     for (const auto& volume : service.second["volumes"]) {
       const std::string text = volume.as<std::string>();
       const std::string source = text.substr(0, text.find(':'));
+      EXPECT_TRUE(source != "authority" || name == "keys") << name << " sees the authority's key";
       if (source.starts_with("./"))
         EXPECT_FALSE(contentOf(kContainers + source.substr(2)).empty()) << name << " mounts " << source;
       else
         EXPECT_TRUE(compose["volumes"][source].IsDefined()) << name << " mounts " << source;
     }
+    const std::string restart = service.second["restart"] ? service.second["restart"].as<std::string>() : "";
+    EXPECT_TRUE(restart.empty() || restart == "on-failure:10") << name << " would start for ever";
     if (name != "core" && !name.starts_with("robot-")) continue;
+    const std::string participant = name == "core" ? name : name.substr(std::string("robot-").size());
+    expectOnlyItsKeys(services, name, participant);
     std::string command = name == "core" ? "mapping_core --check-config" : "edge_agent --check-config";
     for (const auto& word : service.second["command"]) {
       const std::string text = word.as<std::string>();
-      const size_t at = text.find("/keys/flat/");  // its volume, filled by the service `keys`
-      command += " " + (at == std::string::npos ? text : keys.path() + text.substr(at + 5));
+      command += " " + (text == "/keys" ? keys.path("flat/" + participant) : text);
     }
     const ProgramRun run = runProgram(command);
     EXPECT_EQ(run.exit_code, 0) << command << "\n" << run.err;
     ++checked;
   }
   EXPECT_EQ(checked, 4u);
+  EXPECT_EQ(compose["x-robot"]["restart"].as<std::string>(), "on-failure:10");
+  const YAML::Node targets =
+      YAML::LoadFile(kContainers + "monitoring/prometheus.yml")["alerting"]["alertmanagers"][0]["static_configs"][0];
+  const std::string target = targets["targets"][0].as<std::string>();
+  EXPECT_TRUE(services[target.substr(0, target.find(':'))]) << target;
+  const YAML::Node manager = YAML::LoadFile(kContainers + "monitoring/alertmanager.yml");
+  EXPECT_EQ(manager["route"]["receiver"].as<std::string>(), manager["receivers"][0]["name"].as<std::string>());
   expectServesDiscovery(services["discovery"]["entrypoint"]);
+}
+
+// A name without registry is looked for in public ones, a name without tag changes under running pods.
+void expectPullable(const std::string& image) {
+  EXPECT_TRUE(image.starts_with("registry.example.com/")) << image << ": what core.yaml says is to be replaced";
+  EXPECT_TRUE(image.ends_with(":" COMAP_VERSION)) << image;
+}
+
+// The keys of a configuration, "link.site" and so on, with their values.
+void flatten(const YAML::Node& node, const std::string& path, std::map<std::string, std::string>& found) {
+  if (!node.IsMap()) {
+    found[path] = YAML::Dump(node);
+    return;
+  }
+  for (const auto& entry : node)
+    flatten(entry.second, (path.empty() ? "" : path + ".") + entry.first.as<std::string>(), found);
+}
+
+// What is in /etc is asked about at an upgrade if it has changed there and in the package: no default may be in it.
+TEST(DeploymentFiles, ServicesAreConfiguredByWhatDiffersFromTheDefaults) {
+  for (const auto& [program, file] : {std::pair("mapping_core", "core.yaml"), std::pair("edge_agent", "robot.yaml")}) {
+    std::map<std::string, std::string> ours, defaults;
+    flatten(YAML::LoadFile(kContainers + "services/" + file), "", ours);
+    const ProgramRun run = runProgram(std::string(program) + " --print-config");
+    flatten(YAML::Load(run.out), "", defaults);
+    ASSERT_GT(defaults.size(), ours.size());
+    for (const auto& [key, value] : ours) {
+      ASSERT_TRUE(defaults.contains(key)) << file << ": " << key;
+      EXPECT_NE(value, defaults.at(key)) << file << ": " << key << " is the default";
+    }
+    const ProgramRun checked =
+        runProgram(std::string(program) + " --check-config --config " + kContainers + "services/" + file);
+    EXPECT_EQ(checked.exit_code, 0) << checked.err;
+  }
 }
 
 TEST(DeploymentFiles, KubernetesManifestHoldsTogether) {
@@ -225,6 +302,7 @@ TEST(DeploymentFiles, KubernetesManifestHoldsTogether) {
         EXPECT_TRUE(volumes.contains(mount["name"].as<std::string>())) << mount["name"];
     }
   const YAML::Node core = pod["containers"][0];
+  expectPullable(core["image"].as<std::string>());
   EXPECT_TRUE(core["resources"]["limits"]["memory"]);
   std::set<std::string> ports;
   for (const auto& port : core["ports"]) ports.insert(port["name"].as<std::string>());
@@ -242,6 +320,7 @@ TEST(DeploymentFiles, KubernetesManifestHoldsTogether) {
     discovery[document["kind"].as<std::string>()] = document;
   const YAML::Node server = discovery.at("Deployment")["spec"]["template"]["spec"]["containers"][0];
   expectServesDiscovery(server["command"]);
+  expectPullable(server["image"].as<std::string>());
   const auto known = parseHostPort(config->link.discovery_server, "link.discovery_server");
   ASSERT_TRUE(known) << known.error().text;
   EXPECT_EQ(known->host, discovery.at("Service")["metadata"]["name"].as<std::string>());
