@@ -97,6 +97,17 @@ void addCamera(const CaptureHealth& camera, const MetricsPage::Labels& robot, Me
     page.gauge("comap_agent_camera_machine_celsius", "The hottest place of the machine.", *camera.hottest_C, robot);
 }
 
+std::string cameraTrouble(const std::optional<CaptureHealth>& camera) {
+  const auto gives = [](StreamState state) {
+    return state == StreamState::kStreaming || state == StreamState::kStarting;
+  };
+  std::string trouble;
+  if (!camera) return trouble;
+  if (!gives(camera->colour.state)) trouble = "colour " + toString(camera->colour.state);
+  if (!gives(camera->depth.state)) trouble += (trouble.empty() ? "depth " : ", depth ") + toString(camera->depth.state);
+  return trouble.empty() ? trouble : "camera: " + trouble;
+}
+
 Telemetry::Report reportOf(const Agent& agent, const std::string& robot) {
   const AgentStatistics& s = agent.statistics();
   const MetricsPage::Labels labels{{"robot", robot}};
@@ -105,14 +116,19 @@ Telemetry::Report reportOf(const Agent& agent, const std::string& robot) {
   page.gauge("comap_agent_info", "Version; always 1.", 1, {{"robot", robot}, {"version", COMAP_VERSION}});
   addCounts(agent, labels, page);
   addLevels(agent, labels, page);
-  if (const auto camera = agent.captureHealth()) addCamera(*camera, labels, page);
+  const auto camera = agent.captureHealth();
+  if (camera) addCamera(*camera, labels, page);
   page.summary("comap_agent_odometry_seconds", "Tracking a frame and making its keyframe.", s.odometry_ms, labels);
   page.summary("comap_agent_registration_seconds", "Registering a frame against tiles.", s.localizer_ms, labels);
   report.labels = labels;
-  report.readiness.ready = s.frames > 0 && !agent.sourceEnded() && agent.tracking() != TrackingState::kLost;
+  const std::string trouble = cameraTrouble(camera);
+  report.readiness.ready =
+      s.frames > 0 && trouble.empty() && !agent.sourceEnded() && agent.tracking() != TrackingState::kLost;
   report.readiness.state =
       fmt::format("robot {}: {}, {} frames, {} keyframes, {} wait, core {}", robot,
-                  agent.sourceEnded() ? "source has ended" : fmt::format("tracking {}", trackingName(agent.tracking())),
+                  agent.sourceEnded() ? "source has ended"
+                  : !trouble.empty()  ? trouble
+                                      : fmt::format("tracking {}", trackingName(agent.tracking())),
                   s.frames, s.keyframes, agent.unacknowledged(), agent.hasPeer() ? "in sight" : "not in sight");
   return report;
 }

@@ -17,6 +17,9 @@ const char* trackingName(TrackingState state);
 void addCamera(const CaptureHealth& camera, const MetricsPage::Labels& robot, MetricsPage& page);
 
 /// Ready: frames come and their motion is known. Whether a core is there does not matter: the outbox waits for it.
+/// What a camera does that gives no frames: "camera: depth gone". Empty if all is well, and for recordings.
+std::string cameraTrouble(const std::optional<CaptureHealth>& camera);
+
 Telemetry::Report reportOf(const Agent& agent, const std::string& robot);
 
 }  // namespace comap

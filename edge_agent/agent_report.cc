@@ -160,7 +160,8 @@ Result<void> AgentReportFile::finish(const AgentReport& r) {
                      {"camera", r.camera ? toJson(*r.camera) : Json()}};
   put("],\n" + json.dump().substr(1) + "\n");
   if (std::fflush(file_.get()) != 0 && problem_ == 0) problem_ = errno;
-  if (auto free = checkNoDatabase(path_); !free) return free;  // the outbox may be one that was made after the start
+  if (auto free = checkReplaceable(path_, FileKind::kJson); !free)
+    return free;  // the outbox may be one that was made after the start
   if (problem_ == 0 && std::rename((path_ + kUnfinished).c_str(), path_.c_str()) != 0) problem_ = errno;
   if (problem_ != 0) return cannotWrite(path_, problem_);
   file_.reset();

@@ -147,7 +147,7 @@ int run(const Arguments& arguments, const Log& early) {
     return keys ? 0 : failWith(keys.error());
   }
   if (arguments.health) return askHealth(config->telemetry, lines);
-  if (auto writable = checkWritable(arguments.report); !writable) return failWith(writable.error());
+  if (auto writable = checkWritable(arguments.report, FileKind::kJson); !writable) return failWith(writable.error());
   auto telemetry = Telemetry::start(config->telemetry);
   if (!telemetry) return failWith(telemetry.error());
   const auto log = [&](const std::string& line) { lines.info(line); };
@@ -256,12 +256,15 @@ int main(int argc, char** argv) {
                  "Write one frame, colour and depth side by side, to this PNG and stop");
   app.add_option("--record", arguments.record,
                  "Write frames to this folder, as --source takes them back, and do no more")
-      ->excludes("--preview");
+      ->excludes("--preview")
+      ->excludes("--deliver");
   app.add_option("--calibrate-check", arguments.check_calibration,
                  "Tell whether edges of colour and depth agree, draw them to this PNG and stop")
       ->excludes("--preview")
       ->excludes("--record");
-  app.add_option("--frames", arguments.frames, "With --record: stop after so many")->needs("--record");
+  app.add_option("--frames", arguments.frames, "With --record: stop after so many")
+      ->check(CLI::Range(1, 1'000'000'000))
+      ->needs("--record");
   app.set_version_flag("--version", "edge_agent " COMAP_VERSION);
   const comap::Log log = comap::earlyLog(argc, argv, "edge_agent");
   if (const auto ended = comap::parse(app, argc, argv, log)) return *ended;

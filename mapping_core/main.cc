@@ -121,7 +121,7 @@ int run(const Arguments& arguments, const Log& early) {
     return keys ? 0 : failWith(keys.error());
   }
   if (arguments.health) return askHealth(config->telemetry, log);
-  if (auto writable = checkWritable(arguments.report); !writable) return failWith(writable.error());
+  if (auto writable = checkWritable(arguments.report, FileKind::kJson); !writable) return failWith(writable.error());
   if (auto checked = checkDdsOptions(config->link); !checked) return failWith(checked.error());
   const auto discovery = serveDiscovery(config->serve_discovery, config->link, log);
   if (!discovery) return failWith(discovery.error());

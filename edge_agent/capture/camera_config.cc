@@ -9,6 +9,7 @@ namespace comap {
 namespace {
 
 constexpr double kMostFocal_px = 20000;
+constexpr double kWidest = 0.1;  // focal length over the picture's width: 157 degrees
 
 // Size first: what a profile says of the lens is for a size.
 void readLens(ConfigReader& reader, Lens& lens) {
@@ -29,6 +30,13 @@ void readLens(ConfigReader& reader, Lens& lens) {
   }
   reader.read("fx", pinhole.fx, 0, kMostFocal_px);
   reader.read("fy", pinhole.fy, 0, kMostFocal_px);
+  for (const auto& [key, focal] : {std::pair{"fx", pinhole.fx}, std::pair{"fy", pinhole.fy}})
+    if (focal > 0 && focal < kWidest * pinhole.width)
+      reader.complain(key, fmt::format("is {}, expected 0 (not known) or at least {} pixels for pictures {} wide",
+                                       focal, kWidest * pinhole.width, pinhole.width));
+  if ((pinhole.fx > 0) != (pinhole.fy > 0))
+    reader.complain(pinhole.fx > 0 ? "fy" : "fx", pinhole.fx > 0 ? "is not given, but fx is: give both or none"
+                                                                 : "is not given, but fy is: give both or none");
   // Where the axis meets the picture: one cut out of a larger picture may lie beside it, but not far.
   reader.read("cx", pinhole.cx, -pinhole.width, 2 * pinhole.width);
   reader.read("cy", pinhole.cy, -pinhole.height, 2 * pinhole.height);

@@ -1,6 +1,7 @@
 #include "edge_agent/capture/camera_source.h"
 
 #include <cstring>
+#include <filesystem>
 
 #include "edge_agent/capture/libcamera.h"
 #include "edge_agent/capture/openni2.h"
@@ -85,7 +86,10 @@ Result<std::unique_ptr<FrameSource>> openCamera(const std::string& scheme, const
   if (!colour) return colour.error();
   const auto depth = parseStream(prefix + place.substr(comma + 1));
   if (!depth) return depth.error();
-  if (colour->scheme == depth->scheme && colour->place == depth->place)
+  std::error_code ignored;
+  const bool same = colour->place == depth->place ||
+                    (colour->scheme == "v4l2" && std::filesystem::equivalent(colour->place, depth->place, ignored));
+  if (colour->scheme == depth->scheme && same)
     return Error{ErrorCode::kWrongUse, scheme + ":" + place + " names one device for both colour and depth"};
   auto open_colour = openerOf(calls, *colour, PictureKind::kColour, config);
   if (!open_colour) return open_colour.error();
@@ -121,7 +125,8 @@ std::vector<std::string> v4l2Found(VideoCalls& calls) {
       lines.push_back("v4l2 " + offer.error().text);
       continue;
     }
-    lines.push_back("v4l2 " + path + ": " + offer->card + " (" + offer->bus + (offer->multi_plane ? ", multi-plane)" : ")"));
+    lines.push_back("v4l2 " + path + ": " + offer->card + " (" + offer->bus +
+                    (offer->multi_plane ? ", multi-plane)" : ")"));
     for (const VideoMode& mode : offer->modes) lines.push_back("  " + toString(mode));
     std::string others;
     for (const std::string& name : offer->other_formats) others += " " + name;

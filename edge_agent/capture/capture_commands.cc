@@ -33,8 +33,11 @@ Result<std::optional<Frame>> awaitFrame(FrameSource& source, const CaptureLog& l
     problem = next.error().text;
   }
   const auto health = source.health();
-  return Error{ErrorCode::kUnreachable, "no frame in " + std::to_string(kPatience.count()) +
-                                            " s: " + (problem.empty() ? health ? toString(*health) : "" : problem)};
+  if (problem.empty() && health) problem = toString(*health);
+  if (health && health->unpaired > 0)
+    problem += ": colour and depth pictures lie farther apart than camera.pair_gap_ms allows";
+  return Error{ErrorCode::kUnreachable,
+               "no frame in " + std::to_string(kPatience.count()) + " s" + (problem.empty() ? "" : ": " + problem)};
 }
 
 std::string describe(const Frame& frame) {
@@ -94,6 +97,13 @@ Result<void> checkCalibration(FrameSource& source, const std::string& file, cons
         fmt::format("{}: too few edges to tell ({} depth edges, contrast {:.2f}): look at near things in front "
                     "of far ones, that differ in colour",
                     file, found.edges, found.contrast)};
+  if (found.out_of_reach)
+    return Error{
+        ErrorCode::kProblem,
+        fmt::format("{}: colour and depth do not agree: they fit best {} pixels apart, as far as is searched, so "
+                    "it may be more or no shift at all: look at camera.colour.fx, camera.depth.fx and "
+                    "camera.depth_in_colour",
+                    file, EdgeAgreement::kReach)};
   const std::string line = fmt::format(
       "depth has to move by {:.1f} pixels right and {:.1f} down to lie on the edges of the colour picture "
       "({} depth edges, contrast {:.2f})",

@@ -27,10 +27,12 @@ std::string toString(StreamState state) {
 }
 
 std::string toString(const CaptureHealth& health) {
-  return fmt::format("colour {}, depth {}; {} overtaken, {} unpaired, {} damaged, {} missed; one of {} taken{}",
+  const uint64_t jumps = health.colour.clock_jumps + health.depth.clock_jumps;
+  return fmt::format("colour {}, depth {}; {} overtaken, {} unpaired, {} damaged, {} missed{}; one of {} taken{}",
                      stateText(health.colour), stateText(health.depth), health.overtaken, health.unpaired,
                      health.not_decoded + health.colour.damaged + health.depth.damaged,
-                     health.colour.missed + health.depth.missed, health.every,
+                     health.colour.missed + health.depth.missed,
+                     jumps > 0 ? fmt::format(", {} with a wrong time", jumps) : std::string(), health.every,
                      health.hottest_C ? fmt::format("; {:.0f} C", *health.hottest_C) : std::string());
 }
 

@@ -24,7 +24,7 @@ struct StreamHealth {
   uint64_t damaged = 0;      ///< pictures the device or the way to it has spoilt
   uint64_t missed = 0;       ///< that the device has counted and that never came
   uint64_t repeated = 0;     ///< with the stamp of the one before: not taken
-  uint64_t clock_jumps = 0;  ///< with a stamp that cannot be: the time of arrival was taken instead
+  uint64_t clock_jumps = 0;  ///< with a stamp that cannot be: one was made from the time of arrival
   uint64_t reopened = 0;     ///< times the device was opened again
   uint64_t stalls = 0;       ///< times it was open and gave nothing new for a while
 };

@@ -96,6 +96,7 @@ EdgeAgreement EdgeComparison::result() const {
   const auto at = [&](int x, int y) { return strength[static_cast<size_t>(y * kSide + x)]; };
   result.offset_x_px = u - kReach + (u > 0 && u + 1 < kSide ? peak(at(u - 1, v), at(u, v), at(u + 1, v)) : 0);
   result.offset_y_px = v - kReach + (v > 0 && v + 1 < kSide ? peak(at(u, v - 1), at(u, v), at(u, v + 1)) : 0);
+  result.out_of_reach = u == 0 || v == 0 || u + 1 == kSide || v + 1 == kSide;
   result.contrast = mean > 0 ? at(u, v) / mean : 0;
   return result;
 }

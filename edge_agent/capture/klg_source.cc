@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <zlib.h>
 
+#include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -21,6 +22,14 @@ struct Entry {
   uint32_t depth_bytes, colour_bytes;
 };
 
+Error cannotRead(const std::string& path) {
+  const int why = errno;
+  std::error_code ignored;
+  const bool other = std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored);
+  return {ErrorCode::kUnreachable,
+          path + (other ? ": is no file" : std::string(": cannot be read: ") + std::strerror(why))};
+}
+
 template <class T>
 T valueAt(const char* bytes) {  // as every machine that wrote such logs: low byte first
   T value;
@@ -28,8 +37,22 @@ T valueAt(const char* bytes) {  // as every machine that wrote such logs: low by
   return value;
 }
 
+struct Index {
+  std::vector<Entry> entries;
+  size_t promised = 0;       // frames that the log says it has
+  bool stamps_made = false;  // its own do not grow
+
+  /// What whoever opened the log should know; empty if all is well.
+  std::string oddity() const {
+    std::string text;
+    if (entries.size() < promised) text += fmt::format(", cut off: it says it has {}", promised);
+    if (stamps_made) text += ", its stamps do not grow: 30 frames a second instead";
+    return text;
+  }
+};
+
 // Where each frame lies. A log that was cut off ends with its last whole frame.
-Result<std::vector<Entry>> readIndex(std::ifstream& file, const std::string& path, const CameraModel& camera) {
+Result<Index> readIndex(std::ifstream& file, const std::string& path, const CameraModel& camera) {
   std::error_code problem;
   const uint64_t size = std::filesystem::file_size(path, problem);
   char head[kHeadBytes];
@@ -64,18 +87,19 @@ Result<std::vector<Entry>> readIndex(std::ifstream& file, const std::string& pat
            (i == 0 || entries[i].stamp_ns > entries[i - 1].stamp_ns);
   for (size_t i = 0; i < entries.size(); ++i)
     entries[i].stamp_ns = grow ? entries[i].stamp_ns * 1000 : static_cast<int64_t>(i) * kFramePeriod_ns;
-  return entries;
+  return Index{std::move(entries), static_cast<size_t>(count), !grow};
 }
 
 class KlgSource final : public FrameSource {
  public:
   KlgSource(std::string path, std::ifstream file, std::vector<Entry> entries, TumRange range, size_t total,
-            FrameMaker maker, const CameraModel& pictures)
+            std::string oddity, FrameMaker maker, const CameraModel& pictures)
       : path_(std::move(path)),
         file_(std::move(file)),
         entries_(std::move(entries)),
         range_(range),
         total_(total),
+        oddity_(std::move(oddity)),
         maker_(std::move(maker)),
         pictures_(pictures) {}
 
@@ -95,8 +119,8 @@ class KlgSource final : public FrameSource {
 
   size_t size() const override { return entries_.size(); }
   std::string description() const override {
-    return fmt::format("log {}, frames {}:{} of {}, {}x{}", path_, range_.first, range_.last, total_,
-                       maker_.camera().width, maker_.camera().height);
+    return fmt::format("log {}, frames {}:{} of {}, {}x{}{}", path_, range_.first, range_.last, total_,
+                       maker_.camera().width, maker_.camera().height, oddity_);
   }
 
  private:
@@ -150,6 +174,7 @@ class KlgSource final : public FrameSource {
   std::vector<Entry> entries_;
   TumRange range_;
   size_t total_;
+  std::string oddity_;
   FrameMaker maker_;
   CameraModel pictures_;
   size_t position_ = 0;
@@ -160,8 +185,7 @@ class KlgSource final : public FrameSource {
 Result<std::unique_ptr<FrameSource>> openKlg(const std::string& path, TumRange range, const CameraConfig& camera) {
   std::ifstream file(path, std::ios::binary);
   std::error_code ignored;
-  if (!file || !std::filesystem::is_regular_file(path, ignored))
-    return Error{ErrorCode::kUnreachable, path + ": no such file, or it cannot be read"};
+  if (!file || !std::filesystem::is_regular_file(path, ignored)) return cannotRead(path);
   CameraRig rig = camera.rig;
   const CameraModel& pictures = rig.colour.pinhole;
   if (pictures.fx <= 0 || pictures.fy <= 0)
@@ -175,15 +199,17 @@ Result<std::unique_ptr<FrameSource>> openKlg(const std::string& path, TumRange r
     if (rig.depth.pinhole.fx <= 0 || rig.depth.pinhole.fy <= 0)
       return Error{ErrorCode::kWrongUse, path + ": to register its depth, camera.depth.fx ... must be known"};
   }
-  auto entries = readIndex(file, path, pictures);
-  if (!entries) return entries.error();
-  const size_t total = entries->size();
+  auto index = readIndex(file, path, pictures);
+  if (!index) return index.error();
+  const std::vector<Entry>& entries = index->entries;
+  const size_t total = entries.size();
   const auto frames = resolveRange(range, total, path, "the log");
   if (!frames) return frames.error();
-  std::vector<Entry> asked(entries->begin() + static_cast<std::ptrdiff_t>(frames->first),
-                           entries->begin() + static_cast<std::ptrdiff_t>(frames->last));
-  return std::unique_ptr<FrameSource>(std::make_unique<KlgSource>(
-      path, std::move(file), std::move(asked), *frames, total, FrameMaker(rig, registered, camera.shrink), pictures));
+  std::vector<Entry> asked(entries.begin() + static_cast<std::ptrdiff_t>(frames->first),
+                           entries.begin() + static_cast<std::ptrdiff_t>(frames->last));
+  return std::unique_ptr<FrameSource>(
+      std::make_unique<KlgSource>(path, std::move(file), std::move(asked), *frames, total, index->oddity(),
+                                  FrameMaker(rig, registered, camera.shrink), pictures));
 }
 
 }  // namespace comap

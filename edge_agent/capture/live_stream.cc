@@ -86,6 +86,7 @@ void LiveStream::reopen(const std::stop_token& stop) {
     if (opened) {
       stream_ = std::move(*opened);
       health.state = StreamState::kStarting;
+      health.problem.clear();
       ++health.reopened;
       inbox_.tell(kind_, health);
       return;

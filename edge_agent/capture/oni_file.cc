@@ -1,6 +1,9 @@
 // Recordings of OpenNI2.
 #include <spdlog/fmt/fmt.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <utility>
 
@@ -107,10 +110,14 @@ class OniSource final : public FrameSource {
 
 Result<std::unique_ptr<FrameSource>> openOniFile(const std::string& path, const CameraConfig& config) {
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored))
-    return Error{ErrorCode::kUnreachable, path + ": no such file, or it cannot be read"};
+  if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored))
+    return Error{ErrorCode::kUnreachable, path + ": is no file"};
+  if (access(path.c_str(), R_OK) != 0)
+    return Error{ErrorCode::kUnreachable, path + ": cannot be read: " + std::strerror(errno)};
   auto device = Device::open(path);
-  if (!device) return device.error();
+  if (!device)
+    return Error{ErrorCode::kBadData,
+                 path + ": is no recording of OpenNI2, or it was cut off before it was closed: " + device.error().text};
   openni::PlaybackControl* playback = (*device)->device().getPlaybackControl();
   if (playback == nullptr) return Error{ErrorCode::kBadData, path + ": is no recording of OpenNI2"};
   playback->setSpeed(-1);  // picture by picture, as they are asked for

@@ -83,20 +83,24 @@ VideoWish wishOf(PictureKind kind, const CameraConfig& config, bool registered) 
           config.fps};
 }
 
-Result<void> setControls(openni::VideoStream& stream, const std::string& uri, const VideoControls& controls) {
+Result<void> setControls(openni::VideoStream& stream, const std::string& uri, PictureKind kind,
+                         const VideoControls& controls) {
   if (controls.exposure_us == VideoControls::kLeave && controls.gain == VideoControls::kLeave) return {};
   openni::CameraSettings* settings = stream.getCameraSettings();
-  const auto refused = [&](const char* what) {
-    return problem(ErrorCode::kWrongUse, uri + ": " + what + " is refused");
+  const std::string section = kind == PictureKind::kColour ? "camera.colour." : "camera.depth.";
+  const auto refused = [&](const std::string& key, int value) {
+    return problem(ErrorCode::kWrongUse, fmt::format("{}: {}{} of {} is refused", uri, section, key, value));
   };
-  if (settings == nullptr) return Error{ErrorCode::kWrongUse, uri + ": has no control for exposure and gain"};
+  if (settings == nullptr)
+    return Error{ErrorCode::kWrongUse, uri + ": has no control for " + section +
+                                           (controls.exposure_us != VideoControls::kLeave ? "exposure_us" : "gain")};
   if (controls.exposure_us != VideoControls::kLeave &&
       settings->setAutoExposureEnabled(controls.exposure_us == 0) != openni::STATUS_OK)
-    return refused("automatic exposure");
+    return refused("exposure_us", controls.exposure_us);
   if (controls.exposure_us > 0 && settings->setExposure(controls.exposure_us) != openni::STATUS_OK)
-    return refused("exposure");
+    return refused("exposure_us", controls.exposure_us);
   if (controls.gain != VideoControls::kLeave && settings->setGain(controls.gain) != openni::STATUS_OK)
-    return refused("gain");
+    return refused("gain", controls.gain);
   return {};
 }
 
@@ -135,8 +139,8 @@ class SharedDevice {
     auto ready = prepare(**device, wishOf(kind, config_, registered()));
     if (!ready) return ready.error();
     const bool colour = kind == PictureKind::kColour;
-    if (auto set =
-            setControls(*ready->stream, (*device)->uri(), colour ? config_.colour_controls : config_.depth_controls);
+    if (auto set = setControls(*ready->stream, (*device)->uri(), kind,
+                               colour ? config_.colour_controls : config_.depth_controls);
         !set)
       return set.error();
     auto stream = std::make_unique<OpenNi2Stream>(std::move(*device), std::move(*ready));

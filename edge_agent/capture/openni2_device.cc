@@ -93,7 +93,10 @@ void onLibraryThread(const std::function<void()>& task) {
 
 Error problem(ErrorCode code, const std::string& doing) {
   std::string why = openni::OpenNI::getExtendedError();
-  while (!why.empty() && std::isspace(static_cast<unsigned char>(why.back()))) why.pop_back();
+  for (char& c : why)
+    if (std::isspace(static_cast<unsigned char>(c)) != 0) c = ' ';
+  while (why.ends_with(' ')) why.pop_back();
+  why.erase(0, why.find_first_not_of(' '));
   return {code, doing + (why.empty() ? std::string() : ": " + why)};
 }
 
@@ -145,7 +148,10 @@ Result<ReadyStream> prepare(Device& device, const VideoWish& wish) {
     }
     if (best == nullptr)
       return Error{ErrorCode::kWrongUse,
-                   fmt::format("{} of {}x{} is not offered; it offers: {}", name, wish.width, wish.height, offered)};
+                   fmt::format("{}{}{} is not offered (camera.{}); it offers: {}", name,
+                               wish.format == "auto" ? std::string() : " as " + wish.format,
+                               wish.width == 0 ? std::string() : fmt::format(" of {}x{}", wish.width, wish.height),
+                               colour ? "colour" : "depth", offered)};
     if (made.stream->setVideoMode(*best) != openni::STATUS_OK)
       return problem(ErrorCode::kUnreachable, name + ": " + describe(*best) + " is refused");
     // Mirrored pictures are the default of some drivers, and no camera at all to whoever tracks.

@@ -16,6 +16,7 @@ void PairMatcher::addColour(Picture picture) {
   }
   colour_.push_back(std::move(picture));
   if (colour_.size() > kKept) passOver();
+  passOverAlone();
 }
 
 void PairMatcher::addDepth(Picture picture) {
@@ -24,6 +25,14 @@ void PairMatcher::addDepth(Picture picture) {
   if (any_used_ && stamp_ns <= used_depth_ns_) return;
   depth_.push_back(std::move(picture));
   if (depth_.size() > kKept) depth_.pop_front();
+  passOverAlone();
+}
+
+// Pictures that no depth picture still to come can be near to.
+void PairMatcher::passOverAlone() {
+  while (!colour_.empty() && !depth_.empty() && depth_.back().stamp_ns > colour_.front().stamp_ns + max_gap_ns_ &&
+         !partner(colour_.front().stamp_ns))
+    passOver();
 }
 
 std::optional<size_t> PairMatcher::partner(int64_t stamp_ns) const {

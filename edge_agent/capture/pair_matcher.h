@@ -40,6 +40,7 @@ class PairMatcher {
   std::optional<size_t> partner(int64_t stamp_ns) const;
   std::optional<Found> newest() const;
   void passOver();
+  void passOverAlone();
 
   int64_t max_gap_ns_;
   std::deque<Picture> colour_, depth_;

@@ -113,6 +113,10 @@ class PairedSource final : public FrameSource {
     if (options_.hot_C <= 0 || (heat_seen_ && now - *heat_seen_ < kHeatPeriod)) return;
     heat_seen_ = now;
     hottest_C_ = hottest_C(options_.thermal_folder);
+    if (!hottest_C_ && !heat_unknown_told_ && options_.log)
+      options_.log("camera: no temperature is told in " + options_.thermal_folder +
+                   " (camera.thermal_folder): camera.hot_celsius has no effect");
+    heat_unknown_told_ = heat_unknown_told_ || !hottest_C_;
     const int before = heat_.every();
     heat_.measured(hottest_C_, now);
     rate_.setLeast(heat_.every());
@@ -159,6 +163,7 @@ class PairedSource final : public FrameSource {
   HeatRule heat_;
   std::optional<double> hottest_C_;
   std::optional<Clock::time_point> heat_seen_;
+  bool heat_unknown_told_ = false;
   std::optional<PicturePair> pair_;  // the next one
   std::optional<Clock::time_point> work_since_;
   int64_t last_ns_ = 0;  // of the frame taken last
@@ -177,10 +182,17 @@ Result<std::unique_ptr<FrameSource>> openPaired(StreamOpener colour, StreamOpene
   const auto known = [](const Lens& lens) {
     return lens.pinhole.fx > 0 && lens.pinhole.fy > 0 && lens.pinhole.width > 0 && lens.pinhole.height > 0;
   };
-  if (!known(options.rig.colour) || (!options.depth_is_registered && !known(options.rig.depth)))
+  const bool colour_known = known(options.rig.colour);
+  const bool depth_known = options.depth_is_registered || known(options.rig.depth);
+  if (!colour_known || !depth_known)
     return Error{ErrorCode::kWrongUse,
-                 "the camera's focal lengths are not known: give camera.profile, or camera.colour.fx ... and "
-                 "camera.depth.fx ..., in the configuration"};
+                 fmt::format("the focal lengths of the {} camera are not known: give camera.profile, or {}{}{}, in the "
+                             "configuration",
+                             colour_known  ? "depth"
+                             : depth_known ? "colour"
+                                           : "colour and the depth",
+                             colour_known ? "" : "camera.colour.fx and fy", colour_known || depth_known ? "" : " and ",
+                             depth_known ? "" : "camera.depth.fx and fy")};
   auto colour_stream = colour();
   if (!colour_stream) return colour_stream.error();
   auto depth_stream = depth();

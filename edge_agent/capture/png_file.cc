@@ -4,6 +4,7 @@
 #include <csetjmp>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 
 #include "edge_agent/capture/image_codec.h"
 #include "edge_agent/capture/image_file.h"
@@ -131,15 +132,25 @@ std::vector<png_bytep> rowsOf(Image<T>& image) {
 template <class T>
 Result<void> writePng(const std::string& path, const Image<T>& image, int bits, int colour_type) {
   if (image.empty()) return Error{ErrorCode::kWrongUse, path + ": an empty picture cannot be written"};
-  if (auto free = checkNoDatabase(path); !free) return free;
-  std::FILE* file = std::fopen(path.c_str(), "wb");
+  if (auto free = checkReplaceable(path, FileKind::kPng); !free) return free;
+  std::error_code ignored;
+  const auto there = std::filesystem::status(path, ignored);
+  if (std::filesystem::exists(there) && !std::filesystem::is_regular_file(there))
+    return Error{ErrorCode::kUnreachable, path + ": is no regular file"};
+  const std::string temporary = path + ".part";
+  std::FILE* file = std::fopen(temporary.c_str(), "wb");
   if (file == nullptr) return Error{ErrorCode::kUnreachable, path + ": cannot be created: " + std::strerror(errno)};
   auto rows = rowsOf(const_cast<Image<T>&>(image));  // libpng's rows are not const, yet it only reads them here
   PngWriter writer;
   const bool written = writer.write(file, image.width(), image.height(), bits, colour_type, rows.data());
-  if (std::fclose(file) != 0 || !written) {
-    return Error{ErrorCode::kUnreachable,
-                 path + ": cannot be written: " + (written ? std::strerror(errno) : writer.error())};
+  const int why = errno;  // libpng knows only that it could not write
+  if (std::fclose(file) != 0 || !written || std::rename(temporary.c_str(), path.c_str()) != 0) {
+    const Error error{ErrorCode::kUnreachable,
+                      path + ": cannot be written: " +
+                          (written ? std::string(std::strerror(errno))
+                                   : std::string(writer.error()) + " (" + std::strerror(why) + ")")};
+    std::remove(temporary.c_str());
+    return error;
   }
   return {};
 }

@@ -56,6 +56,11 @@ Result<TumPlace> parseTumPlace(const std::string& text) {
 Result<std::unique_ptr<FrameSource>> openSource(const std::string& uri, const CameraConfig& camera, CaptureLog log) {
   const std::string scheme = schemeOf(uri);
   if (isCameraScheme(scheme)) return openCamera(scheme, uri.substr(scheme.size() + 1), camera, std::move(log));
+  if (scheme == "libcamera")
+    return Error{ErrorCode::kWrongUse, "source '" + uri +
+                                           "': libcamera gives colour alone; name a depth stream beside it, "
+                                           "as in pair:" +
+                                           uri + ",openni2:"};
   if (!scheme.empty() && scheme != "tum" && scheme != "icl" && scheme != "klg") {
     std::string known;
     for (const auto& line : knownSources()) known += (known.empty() ? "" : "; ") + line;

@@ -22,7 +22,9 @@ std::optional<int64_t> StampGuard::accept(int64_t stamp_ns, uint64_t sequence, i
   jumps_ += told && !believed;
   device_ns_ = stamp_ns;
   sequence_ = sequence;
-  last_ns_ = believed ? stamp_ns : first_ ? arrival_ns : std::max(arrival_ns, last_ns_ + 1);
+  if (believed) latency_ns_ = std::max(arrival_ns - stamp_ns, latency_ns_ - latency_ns_ / 16);
+  const int64_t guessed_ns = arrival_ns - latency_ns_;
+  last_ns_ = believed ? stamp_ns : first_ ? guessed_ns : std::max(guessed_ns, last_ns_ + 1);
   first_ = false;
   return last_ns_;
 }

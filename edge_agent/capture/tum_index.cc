@@ -178,7 +178,10 @@ Result<TumCalibration> readTumCalibration(const std::string& path) {
                           " to " + std::to_string(2 * static_cast<int>(edge)) + " for one " +
                           std::to_string(static_cast<int>(edge)) + " pixels " + (i == 2 ? "wide" : "high"));
   }
-  if (values[6] <= 0) return wrong(6, "a positive number of depth values to the metre");
+  for (size_t i = 0; i < 2; ++i)
+    if (std::abs(values[i]) < 0.1 * values[4] || std::abs(values[i]) > 100 * values[4])
+      return wrong(i, "a focal length of 0.1 to 100 times the width in pixels");
+  if (values[6] < 1 || values[6] > 1'000'000) return wrong(6, "1 to 1000000 depth values to the metre");
   TumCalibration calibration;
   calibration.camera = {
       values[0], values[1], values[2], values[3], static_cast<int>(values[4]), static_cast<int>(values[5])};

@@ -31,7 +31,8 @@ Result<void> checkOutputFile(const std::string& path) {
   // Before it is opened: of a pipe the first byte would be waited for.
   if (fs::is_directory(status)) return refused(path, "is a folder, expected a file");
   if (!fs::is_regular_file(status)) return refused(path, "is no regular file");
-  if (const auto free = checkNoDatabase(path); !free) return Error{free.error().code, "--out " + free.error().text};
+  if (const auto free = checkReplaceable(path, FileKind::kAny); !free)
+    return Error{free.error().code, "--out " + free.error().text};
   return {};
 }
 

@@ -39,7 +39,7 @@ Result<void> writeCoreReport(const CoreReport& report, const std::string& path) 
                                {"device", report.device},
                                {"peak_rss_mb", report.peak_rss_mb},
                                {"tile_bytes", report.tile_bytes}};
-  return writeWholeFile(path, json.dump(2) + "\n");
+  return writeWholeFile(path, json.dump(2) + "\n", FileKind::kJson);
 }
 
 Result<CoreReport> readCoreReport(const std::string& path) {

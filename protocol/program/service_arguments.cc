@@ -4,7 +4,6 @@
 #include "protocol/program/command_description.h"
 
 namespace comap {
-
 namespace {
 
 // "--name VALUE" or "--name=VALUE"; empty if it is not there.
@@ -15,6 +14,14 @@ std::string valueOf(const std::string& name, int argc, const char* const* argv) 
     if (word.starts_with(name + "=")) return word.substr(name.size() + 1);
   }
   return {};
+}
+
+// A mistake of whoever wrote the command (a variable without a value, say), not the same as no option.
+void refuseEmptyValues(CLI::App& app) {
+  for (CLI::Option* option : app.get_options()) {
+    if (option->get_expected_max() == 0) continue;  // a flag
+    option->check([](const std::string& value) { return value.empty() ? "its value is empty" : std::string(); });
+  }
 }
 
 }  // namespace
@@ -29,6 +36,7 @@ Log earlyLog(int argc, const char* const* argv, const std::string& program) {
 }
 
 std::optional<int> parse(CLI::App& app, int argc, const char* const* argv, const Log& log) {
+  refuseEmptyValues(app);
   try {
     app.parse(argc, argv);
     return std::nullopt;

@@ -21,7 +21,7 @@ struct ServiceArguments {
 /// for what is told until then.
 Log earlyLog(int argc, const char* const* argv, const std::string& program);
 
-/// Parses. The exit code if the program is to end: 0 if only help, version or the like was asked for, 2 if the command
+/// Parses; an empty value is as wrong as an unknown option. The exit code if the program is to end: 0 if only help, version or the like was asked for, 2 if the command
 /// line is wrong, which `log` is told.
 std::optional<int> parse(CLI::App& app, int argc, const char* const* argv, const Log& log);
 

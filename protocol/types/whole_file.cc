@@ -10,7 +10,28 @@
 
 namespace comap {
 
-Result<void> checkNoDatabase(const std::string& path) {
+namespace {
+
+struct Kind {
+  std::string_view name, start;  // a file of it begins with one of these
+  bool any_of_start;             // with one of the bytes of `start`, not with all
+};
+
+Kind kindOf(FileKind kind) {
+  switch (kind) {
+    case FileKind::kJson:
+      return {"JSON", "{[", true};
+    case FileKind::kPng:
+      return {"a PNG picture", "\x89PNG", false};
+    case FileKind::kAny:
+      break;
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> checkReplaceable(const std::string& path, FileKind kind) {
   struct stat there {};
   if (stat(path.c_str(), &there) != 0 || !S_ISREG(there.st_mode))
     return {};  // of a pipe the first byte would be waited for
@@ -18,24 +39,32 @@ Result<void> checkNoDatabase(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::string start(kMagic.size(), '\0');
   file.read(start.data(), static_cast<std::streamsize>(start.size()));
-  if (!file || start != kMagic) return {};
-  return Error{ErrorCode::kWrongUse, path + ": is a map store or another database; choose another name"};
+  start.resize(static_cast<size_t>(file.gcount()));
+  if (start == kMagic)
+    return Error{ErrorCode::kWrongUse, path + ": is a map store or another database; choose another name"};
+  const Kind wanted = kindOf(kind);
+  if (start.empty() || kind == FileKind::kAny) return {};
+  const bool same = wanted.any_of_start ? wanted.start.find(start.front()) != std::string_view::npos
+                                        : start.starts_with(wanted.start);
+  if (same) return {};
+  return Error{ErrorCode::kWrongUse, path + ": is there and is not " + std::string(wanted.name) +
+                                         ", which would take its place; choose another name"};
 }
 
-Result<void> checkWritable(const std::string& path) {
+Result<void> checkWritable(const std::string& path, FileKind kind) {
   if (path.empty()) return {};
   const size_t slash = path.rfind('/');
   const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
   if (access(folder.c_str(), W_OK) != 0)
     return Error{ErrorCode::kUnreachable, path + ": cannot be written: " + std::strerror(errno)};
-  return checkNoDatabase(path);
+  return checkReplaceable(path, kind);
 }
 
-Result<void> writeWholeFile(const std::string& path, std::string_view content) {
+Result<void> writeWholeFile(const std::string& path, std::string_view content, FileKind kind) {
   struct stat there {};
   if (stat(path.c_str(), &there) == 0 && !S_ISREG(there.st_mode))
     return Error{ErrorCode::kUnreachable, path + ": is no regular file"};
-  if (auto free = checkNoDatabase(path); !free) return free;
+  if (auto free = checkReplaceable(path, kind); !free) return free;
   const std::string temporary = path + ".part";
   std::FILE* file = std::fopen(temporary.c_str(), "wb");
   if (file == nullptr) return Error{ErrorCode::kUnreachable, path + ": cannot be written: " + std::strerror(errno)};

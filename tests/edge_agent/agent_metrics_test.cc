@@ -43,5 +43,16 @@ TEST(AgentMetrics, TellHowTheCameraDoes) {
   EXPECT_THAT(page.text(), HasSubstr("comap_agent_camera_machine_celsius{robot=\"b\"} 61.5\n"));
 }
 
+TEST(AgentMetrics, ACameraThatGivesNothingIsNamed) {
+  EXPECT_EQ(cameraTrouble(std::nullopt), "");
+  CaptureHealth camera;
+  EXPECT_EQ(cameraTrouble(camera), "") << "it starts";
+  camera.colour.state = StreamState::kStreaming;
+  camera.depth.state = StreamState::kGone;
+  EXPECT_EQ(cameraTrouble(camera), "camera: depth gone");
+  camera.colour.state = StreamState::kStalled;
+  EXPECT_EQ(cameraTrouble(camera), "camera: colour stalled, depth gone");
+}
+
 }  // namespace
 }  // namespace comap

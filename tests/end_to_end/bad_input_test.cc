@@ -147,6 +147,30 @@ TEST_F(BadInput, NoProgramWritesOverADatabase) {
   }
 }
 
+TEST_F(BadInput, NoResultTakesThePlaceOfWhatWasRead) {
+  const std::string config = folder_.path("mine.yaml"), content = "robot: a\n";
+  const std::string agent = "edge_agent --offline --outbox " + folder_.path("box") + " --config " + config +
+                            " --source tum:" + flat_ + "/a@0:5";
+  for (const char* option : {" --preview ", " --report ", " --trace ", " --calibrate-check "}) {
+    std::ofstream(config) << content;
+    const ProgramRun run = runProgram(agent + option + config);
+    EXPECT_EQ(run.exit_code, 2) << option;
+    EXPECT_THAT(run.err, HasSubstr("mine.yaml: is there and is not")) << option;
+    std::ifstream file(config);
+    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), content) << option;
+  }
+}
+
+TEST_F(BadInput, AnEmptyValueIsNotNoOption) {
+  for (const char* option : {"--preview", "--record", "--calibrate-check", "--config", "--source"}) {
+    const ProgramRun run = runProgram(std::string("edge_agent --robot a --offline ") + option + " ''");
+    EXPECT_EQ(run.exit_code, 2) << option;
+    EXPECT_THAT(run.err + run.out, HasSubstr("empty")) << option;
+  }
+  EXPECT_EQ(runProgram("mapping_core --store ''").exit_code, 2);
+  EXPECT_EQ(runProgram("edge_agent --source x --record " + folder_.path("r") + " --frames -5").exit_code, 2);
+}
+
 TEST_F(BadInput, OutputFolderThatIsNoRun) {
   fs::create_directories(folder_.path("run"));
   std::ofstream(folder_.path("run/thesis.txt")) << "precious";

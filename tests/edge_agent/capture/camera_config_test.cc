@@ -66,6 +66,8 @@ TEST(CameraConfig, AProfileFollowsTheSize) {
 }
 
 TEST(CameraConfig, MistakesAreNamed) {
+  EXPECT_THAT(read("camera:\n  colour:\n    fx: 525\n").problem, HasSubstr("fy"));
+  EXPECT_THAT(read("camera:\n  colour:\n    fx: 0.001\n    fy: 525\n").problem, HasSubstr("at least 64 pixels"));
   EXPECT_THAT(read("camera:\n  profile: webcam\n").problem, HasSubstr("robot.yaml:2: camera.profile"));
   EXPECT_THAT(read("camera:\n  shrink: 3\n").problem, HasSubstr("expected 1, 2 or 4"));
   EXPECT_THAT(read("camera:\n  colour:\n    format: H264\n").problem, HasSubstr("camera.colour.format"));

@@ -39,6 +39,13 @@ TEST(EdgeAgreement, FindsHowFarDepthIsOff) {
   }
 }
 
+TEST(EdgeAgreement, KnowsWhereItsSearchEnds) {
+  EdgeComparison comparison;
+  for (int i = 0; i < 6; ++i) comparison.add(shifted(view(i), 14, 0));
+  EXPECT_FALSE(comparison.result().agrees());
+  EXPECT_TRUE(!comparison.result().determined() || comparison.result().out_of_reach);
+}
+
 TEST(EdgeAgreement, ABareWallTellsNothing) {
   EdgeComparison comparison;
   comparison.add(Scene::plainPlane({0, 0, 2}, {0, 0, -1}).render(kinectCamera(), Pose()));

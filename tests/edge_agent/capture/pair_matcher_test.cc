@@ -45,6 +45,16 @@ TEST(PairMatcher, WaitsUntilNoDepthCanBeNearer) {
   EXPECT_EQ(take(m), Pair(218, 232));
 }
 
+TEST(PairMatcher, WhatNeverPairsIsCountedAtOnce) {
+  PairMatcher m = matcher();
+  for (int64_t ms = 0; ms < 5000; ms += 1000) {
+    m.addColour(at(ms));
+    m.addDepth(at(ms + 30));
+  }
+  EXPECT_EQ(take(m), kNone);
+  EXPECT_EQ(m.unpaired(), 5u);
+}
+
 TEST(PairMatcher, ColourMayComeFirst) {
   PairMatcher m = matcher();
   m.addColour(at(100));

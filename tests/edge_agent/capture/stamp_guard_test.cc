@@ -35,6 +35,34 @@ TEST(StampGuard, JumpsGiveWayToTheTimeOfArrival) {
   EXPECT_EQ(guard.jumps(), 3u);
 }
 
+TEST(StampGuard, OneWrongStampIsForgottenHoweverLongPicturesAreUnderWay) {
+  for (const int64_t latency_ms : {5, 30, 40, 60, 100, 300}) {
+    StampGuard guard;
+    for (int64_t i = 0; i < 100; ++i) {
+      const int64_t taken = kS + i * 33 * kMs, arrival = taken + (latency_ms + i % 3) * kMs;
+      const auto stamp = guard.accept(i == 10 ? taken - 500 * kMs : taken, i, arrival);
+      ASSERT_TRUE(stamp);
+      EXPECT_NEAR(static_cast<double>(*stamp - taken), 0, 5.0 * kMs) << "picture " << i << ", " << latency_ms << " ms";
+    }
+    EXPECT_EQ(guard.jumps(), 1u) << latency_ms << " ms";
+  }
+}
+
+TEST(StampGuard, PicturesThatWereHeldBackSpoilNoOthers) {
+  StampGuard guard;
+  constexpr int64_t kHeld_ms = 2500, kLatency_ms = 50;
+  uint64_t believed = 0;
+  for (int64_t i = 0; i < 120; i = i == 13 ? 86 : i + 1) {  // the four buffers of a driver, then what comes after
+    const int64_t taken = kS + i * 33 * kMs;
+    const bool held = i >= 10 && i <= 13;
+    const auto stamp = guard.accept(taken, i, (held ? kS + 10 * 33 * kMs + kHeld_ms * kMs : taken) + kLatency_ms * kMs);
+    ASSERT_TRUE(stamp);
+    believed += *stamp == taken;
+  }
+  EXPECT_EQ(guard.jumps(), 4u);
+  EXPECT_EQ(believed, 10u + 34u);
+}
+
 TEST(StampGuard, StampsGrowEvenIfNothingElseDoes) {
   StampGuard guard;
   int64_t last = 0;

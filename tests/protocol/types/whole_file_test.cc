@@ -32,20 +32,42 @@ TEST(WholeFile, LeavesDevicesAlone) {
 }
 
 TEST(WholeFile, ChecksTheFolderBeforehand) {
-  EXPECT_TRUE(checkWritable(""));
-  EXPECT_TRUE(checkWritable("/tmp/x"));
-  EXPECT_FALSE(checkWritable("/nonexistent/folder/x"));
+  EXPECT_TRUE(checkWritable("", FileKind::kJson));
+  EXPECT_TRUE(checkWritable("/tmp/x", FileKind::kAny));
+  EXPECT_FALSE(checkWritable("/nonexistent/folder/x", FileKind::kAny));
 }
 
 TEST(WholeFile, TakesTheNameOfNoDatabase) {
   const TemporaryFolder folder;
   const std::string path = folder.path("map.comap"), content("SQLite format 3\0", 16);
   ASSERT_TRUE(writeWholeFile(path, content));
-  for (const auto& refused : {writeWholeFile(path, "x"), checkWritable(path)}) {
+  for (const auto& refused : {writeWholeFile(path, "x"), checkWritable(path, FileKind::kAny)}) {
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().code, ErrorCode::kWrongUse);
   }
   EXPECT_EQ(contentOf(path), content);
+}
+
+TEST(WholeFile, TakesThePlaceOfItsKindOnly) {
+  const TemporaryFolder folder;
+  const auto holds = [&](const std::string& content) {
+    const std::string path = folder.path("there");
+    std::ofstream(path, std::ios::binary) << content;
+    return path;
+  };
+  EXPECT_TRUE(checkReplaceable(folder.path("new"), FileKind::kJson));
+  EXPECT_TRUE(checkReplaceable(holds(""), FileKind::kPng));
+  EXPECT_TRUE(checkReplaceable(holds("[{}]"), FileKind::kJson));
+  EXPECT_TRUE(checkReplaceable(holds("{"), FileKind::kJson));
+  EXPECT_TRUE(checkReplaceable(holds("\x89PNG\r\n and more"), FileKind::kPng));
+  EXPECT_TRUE(checkReplaceable(holds("robot: a\n"), FileKind::kAny));
+  for (const FileKind kind : {FileKind::kJson, FileKind::kPng}) {
+    const auto refused = checkReplaceable(holds("robot: a\n"), kind);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::kWrongUse);
+  }
+  EXPECT_FALSE(checkReplaceable(holds("{}"), FileKind::kPng));
+  EXPECT_FALSE(writeWholeFile(holds("525 525 319.5 239.5 640 480 1000\n"), "{}", FileKind::kJson));
 }
 
 TEST(WholeFile, AFullDiskLeavesNothing) {
