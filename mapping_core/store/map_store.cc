@@ -13,6 +13,11 @@
 namespace comap {
 namespace {
 
+// In write-ahead mode SQLite keeps the file whole either way; what is committed without waiting is on the disk when
+// it next waits.
+constexpr const char kWaitForDisk[] = "PRAGMA synchronous = FULL";
+constexpr const char kDoNotWaitForDisk[] = "PRAGMA synchronous = NORMAL";
+
 namespace fs = std::filesystem;
 
 Result<void> checkFile(const std::string& path, MapStore::Mode mode) {
@@ -81,7 +86,7 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
   if (mode == Mode::kReadOnly) {
     return MapStore(std::make_unique<State>(std::move(*database), std::move(lock)));
   }
-  for (const char* pragma : {"PRAGMA journal_mode = WAL", "PRAGMA synchronous = FULL", "PRAGMA foreign_keys = ON"}) {
+  for (const char* pragma : {"PRAGMA journal_mode = WAL", kWaitForDisk, "PRAGMA foreign_keys = ON"}) {
     if (Result<void> set = database->execute(pragma); !set) return set.error();
   }
   if (!*ours) {
@@ -96,15 +101,27 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
   return MapStore(std::make_unique<State>(std::move(*database), std::move(lock)));
 }
 
-StoreTransaction::StoreTransaction(std::unique_ptr<Transaction> transaction) : transaction_(std::move(transaction)) {}
-StoreTransaction::StoreTransaction(StoreTransaction&&) noexcept = default;
-StoreTransaction::~StoreTransaction() = default;
+StoreTransaction::StoreTransaction(std::unique_ptr<Transaction> transaction, Database* hasty)
+    : transaction_(std::move(transaction)), hasty_(hasty) {}
+StoreTransaction::StoreTransaction(StoreTransaction&& other) noexcept
+    : transaction_(std::move(other.transaction_)), hasty_(std::exchange(other.hasty_, nullptr)) {}
+StoreTransaction::~StoreTransaction() {
+  transaction_.reset();
+  if (hasty_ != nullptr) (void)bool(hasty_->execute(kWaitForDisk));  // needs no disk, so nothing can go wrong
+}
 Result<void> StoreTransaction::commit() { return transaction_->commit(); }
 
-Result<StoreTransaction> MapStore::begin() {
-  Result<Transaction> transaction = Transaction::begin(state_->database);
-  if (!transaction) return transaction.error();
-  return StoreTransaction(std::make_unique<Transaction>(std::move(*transaction)));
+Result<StoreTransaction> MapStore::begin(Durable durable) {
+  Database& database = state_->database;
+  const bool hasty = durable == Durable::kWithNext && !database.inTransaction();
+  if (hasty)
+    if (Result<void> set = database.execute(kDoNotWaitForDisk); !set) return set.error();
+  Result<Transaction> transaction = Transaction::begin(database);
+  if (!transaction) {
+    if (hasty) (void)bool(database.execute(kWaitForDisk));
+    return transaction.error();
+  }
+  return StoreTransaction(std::make_unique<Transaction>(std::move(*transaction)), hasty ? &database : nullptr);
 }
 
 Result<StoreTransaction> MapStore::beginReading() const {

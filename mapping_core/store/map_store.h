@@ -43,16 +43,22 @@ struct VerdictFilter {
   bool information = true;  ///< false: it stays zero, and the rows are read in half the time
 };
 
+/// When what a transaction has written survives also a loss of power; the end of the process it survives at once.
+/// kWithNext: with the next one that does at once. Nobody waits for the disk then, and the store is whole in any case.
+enum class Durable : uint8_t { kAtOnce, kWithNext };
+
 /// All that is written until commit() becomes durable together, or nothing of it. Must not outlive its store.
 class StoreTransaction {
  public:
-  explicit StoreTransaction(std::unique_ptr<class Transaction> transaction);
+  /// `hasty`: waits for the disk again from the end of this on; may be null.
+  explicit StoreTransaction(std::unique_ptr<class Transaction> transaction, class Database* hasty = nullptr);
   StoreTransaction(StoreTransaction&&) noexcept;
   ~StoreTransaction();
   Result<void> commit();
 
  private:
   std::unique_ptr<class Transaction> transaction_;
+  class Database* hasty_ = nullptr;
 };
 
 /// Thread rule: one thread at a time.
@@ -66,7 +72,7 @@ class MapStore {
   MapStore& operator=(MapStore&&) noexcept;
   ~MapStore();
 
-  Result<StoreTransaction> begin();
+  Result<StoreTransaction> begin(Durable durable = Durable::kAtOnce);
   /// What is read until the end of it is of one moment, though a core writes meanwhile.
   Result<StoreTransaction> beginReading() const;
 

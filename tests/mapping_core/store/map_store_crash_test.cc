@@ -19,8 +19,12 @@ class MapStoreCrashTest : public StoreTest {
     for (uint32_t i = known->empty() ? 0 : uint32_t(known->size() - 1);; ++i) {
       const auto added = store->addKeyframe(idOf(i), i, bytesOf(i, 20000 + i % 7 * 30000));
       if (!added) _exit(3);
+      // Half of them without waiting for the disk: only a loss of power would tell.
+      auto together = store->begin(i % 2 == 0 ? Durable::kWithNext : Durable::kAtOnce);
+      if (!together) _exit(8);
       if (!store->setPoses("m", {{idOf(i), poseOf(i)}})) _exit(4);
       if (i > 0 && !store->addEdge({idOf(i - 1), idOf(i), EdgeKind::kOdometry, poseOf(i), matrixOf(i)})) _exit(5);
+      if (!together->commit()) _exit(9);
       if (i % 10 == 9 && !store->setTiles(std::vector<Tile>{tileOf("m", 0, 0, 0, 5000, i)})) _exit(6);
       if (::write(pipe, &i, sizeof i) != sizeof i) _exit(7);
     }

@@ -185,6 +185,31 @@ TEST_F(MapStoreTest, aTransactionHoldsAsAWholeOrNotAtAll) {
   EXPECT_TRUE(read()->keyframes()->front().map.empty()) << "what failed within it left nothing";
 }
 
+TEST_F(MapStoreTest, aTransactionThatDoesNotWaitForTheDiskHoldsAsAWholeToo) {
+  auto store = create();
+  ASSERT_TRUE(store);
+  ASSERT_TRUE(store->addKeyframe(idOf(0), 0, bytesOf(1, 10)));
+  {
+    auto abandoned = store->begin(Durable::kWithNext);
+    ASSERT_TRUE(abandoned);
+    ASSERT_TRUE(store->setPoses("m", {{idOf(0), poseOf(1)}}));
+  }
+  EXPECT_TRUE(store->keyframes()->front().map.empty());
+  {
+    auto outer = store->begin(Durable::kWithNext);
+    ASSERT_TRUE(outer);
+    auto inner = store->begin(Durable::kWithNext);
+    ASSERT_TRUE(inner);
+    ASSERT_TRUE(store->setPoses("m", {{idOf(0), poseOf(1)}}));
+    ASSERT_TRUE(inner->commit());
+    EXPECT_TRUE(read()->keyframes()->front().map.empty());
+    ASSERT_TRUE(outer->commit());
+    EXPECT_EQ(read()->keyframes()->front().map, "m") << "for others at once";
+  }
+  ASSERT_TRUE(store->addKeyframe(idOf(1), 0, bytesOf(2, 10)));
+  EXPECT_EQ(read()->keyframes()->size(), 2u);
+}
+
 TEST_F(MapStoreTest, tilesAreReplacedAsAWhole) {
   auto store = create();
   ASSERT_TRUE(store);
