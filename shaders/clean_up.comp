@@ -1,5 +1,6 @@
 // Removes surfels: those the camera saw through, unsure ones that were not found again, and doubles of their pixel's
-// winner. Reads match words, winners and their rows, place, shape, look and record; marks place, counts removals.
+// winner. Reads match words, winners and their rows, place, shape, look and record; marks place and touched blocks,
+// counts removals.
 // Winners are never removed. One item = one visible surfel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
@@ -14,6 +15,7 @@ const int kVisibleBinding = 4;
 #include "common/visible.glsl"
 layout(std430, binding = 5) readonly buffer Winners { uint winners[]; };
 layout(std430, binding = 6) buffer Counters { uint counters[]; };  // a chunk: updated, removed
+layout(std430, binding = 7) writeonly buffer Touched { uint touched[]; };
 struct Push {
   FRAME_FIELDS
   float stable_confidence;
@@ -62,6 +64,7 @@ void visit(uint item) {
     if (flag < kMissed && wins && winner != kNoWinner) atomicAdd(counters[2u * push.chunk], 1u);
     if (remove) {
       places[i].w = kRemoved;
+      touched[touchedBlock(i)] = 1u;
       atomicAdd(counters[2u * push.chunk + 1u], 1u);
     }
   }

@@ -1,5 +1,5 @@
 // Averages each winning surfel with its pixel's measurement; records for the others whether they were missed.
-// Reads match words, winners, measurements and colour; updates place, shape, look and record.
+// Reads match words, winners, measurements and colour; updates place, shape, look and record, marks touched blocks.
 // The surfel moves along the measured normal only: it stays in its lattice. One item = one visible surfel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
@@ -16,6 +16,7 @@ layout(binding = 5, r32ui) uniform readonly uimageBuffer colours;
 const int kVisibleBinding = 6;
 #include "common/visible.glsl"
 layout(std430, binding = 7) buffer Winners { uint winners[]; };
+layout(std430, binding = 8) writeonly buffer Touched { uint touched[]; };
 struct Push {
   FRAME_FIELDS
   float averaging_limit;
@@ -64,6 +65,7 @@ void update(uint i, uint index) {
   place.w += confidenceOf(frames);
   places[i] = place;
   shapes[i] = shape;
+  touched[touchedBlock(i)] = 1u;  // whoever else writes there writes the same
   uint row = winnerRow(index);
   for (uint k = 0u; k < 4u; ++k) {
     winners[row + k] = floatBitsToUint(place[k]);

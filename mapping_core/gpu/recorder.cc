@@ -9,7 +9,7 @@
 namespace comap::gpu {
 namespace {
 
-constexpr uint32_t kMostBindings = 8;
+constexpr uint32_t kMostBindings = 9;
 
 }  // namespace
 

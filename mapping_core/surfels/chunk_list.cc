@@ -188,6 +188,27 @@ Result<void> ChunkList::insert(const FusionStep& step, uint32_t count, const std
   return {};
 }
 
+// Neighbours are read at once: on a device that the host cannot see each reading is a wait.
+Result<void> ChunkList::readChanged(const SurfelChunk& chunk, uint64_t moment,
+                                    std::vector<SurfelBlock>& changed) const {
+  const size_t blocks = chunk.moments.blocks();
+  for (size_t begin = 0; begin < blocks; ++begin) {
+    if (chunk.moments.of(begin) <= moment) continue;
+    size_t end = begin + 1;
+    while (end < blocks && chunk.moments.of(end) > moment) ++end;
+    const size_t first = begin * kBlockItems, count = std::min<size_t>(end * kBlockItems, chunk.rows) - first;
+    const auto rows = pool->rowsOf(chunk, first, count);
+    if (!rows) return rows.error();
+    for (size_t block = begin; block < end; ++block) {
+      const size_t at = (block - begin) * kBlockItems;
+      changed.push_back(
+          {chunk.number * kChunkSurfels + block, unpack(*rows, at, std::min<size_t>(kBlockItems, count - at))});
+    }
+    begin = end;
+  }
+  return {};
+}
+
 Result<PredictedView> ChunkList::predict(const CameraModel& camera, const Pose& T_map_cam,
                                          const PredictionOptions& options, const SeenStep* times) {
   if (auto done = checkCamera(camera, T_map_cam); !done) return done.error();

@@ -34,6 +34,8 @@ struct ChunkList {
   Result<std::vector<SurfelChunk*>> makeRoom(size_t count);
   /// If memory does not suffice, nothing of the keyframe is in the map. `times`: of a timed map, see FusionStep.
   Result<FusionReport> fuse(const FusionInput& input, const SeenStep* times);
+  /// Blocks of a chunk that were changed after `moment`, as far as its moments know, with their surfels.
+  Result<void> readChanged(const SurfelChunk& chunk, uint64_t moment, std::vector<SurfelBlock>& changed) const;
   Result<PredictedView> predict(const CameraModel& camera, const Pose& T_map_cam, const PredictionOptions& options,
                                 const SeenStep* times);
 

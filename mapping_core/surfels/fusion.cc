@@ -115,7 +115,7 @@ Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& ke
   forEachChunk(step, scratch, [&](const SurfelStreams& streams, const VisibleList& visible, uint32_t base, uint32_t) {
     recorder->dispatchIndirect(*kernels.fuse,
                                {&streams.places, &streams.shapes, &streams.looks, &streams.records, &maps.measurements,
-                                &maps.colours, &visible.list, &maps.winners},
+                                &maps.colours, &visible.list, &maps.winners, &streams.touched},
                                FusePush{{frame}, parameters.averaging_limit, step.contributor, base}, visible.list);
   });
   forEachChunk(
@@ -123,7 +123,7 @@ Result<FusionCounts> fuseKeyframe(gpu::Context& context, const SurfelKernels& ke
         recorder->dispatchIndirect(
             *kernels.clean_up,
             {&streams.places, &streams.shapes, &streams.looks, &streams.records, &visible.list, &maps.winners,
-             &scratch.counters},
+             &scratch.counters, &streams.touched},
             CleanUpPush{{frame}, parameters.stable_confidence, parameters.unstable_timeout, base, chunk}, visible.list);
       });
   if (step.times) recordStamps(*recorder, maps, scratch, parameters, step);

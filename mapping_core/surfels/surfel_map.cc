@@ -86,12 +86,28 @@ Result<void> SurfelMap::moveOwners(std::span<const Pose> T_new_old) {
                        gpu::groupsFor(chunk->rows, kBlockItems));
     chunk->streams.boxed = 0;
     if (auto done = recorder->submit(); !done) return done;
+    chunk->moments.markAll(chunk->rows, pool.moment());
     const auto places = streams.places.read<std::array<float, 4>>(chunk->rows);
     if (!places) return places.error();
     chunk->bounds = {};
     chunk->bounds.extend(*places);
   }
   return {};
+}
+
+Result<SurfelChanges> SurfelMap::changesSince(uint64_t moment) {
+  SurfelPool& pool = *state_->pool;
+  const uint64_t now = pool.endMoment();
+  SurfelChanges changes{now, {}, {}};
+  for (const auto& chunk : state_->chunks) {
+    if (!chunk->away)
+      if (auto noted = pool.noteTouched(*chunk, now); !noted) return noted.error();
+    chunk->moments.noteRows(chunk->rows, now);
+    for (size_t block = 0; block < chunk->moments.blocks(); ++block)
+      changes.blocks.push_back(chunk->number * kChunkSurfels + block);
+    if (auto read = state_->readChanged(*chunk, moment, changes.changed); !read) return read.error();
+  }
+  return changes;
 }
 
 Result<std::vector<Surfel>> SurfelMap::download() {
@@ -124,7 +140,8 @@ Result<void> SurfelMap::append(std::span<const Surfel> surfels) {
     const StreamRows rows = pack(surfels.first(room));
     if (auto done = writeRows(chunk.streams, rows, chunk.rows); !done) return done;
     chunk.bounds.extend(rows.places);
-    for (const Surfel& surfel : surfels.first(room)) chunk.owners.insert(surfel.owner);
+    for (size_t i = 0; i < room; ++i)
+      if (i == 0 || surfels[i].owner != surfels[i - 1].owner) chunk.owners.insert(surfels[i].owner);
     chunk.rows += static_cast<uint32_t>(room);
     surfels = surfels.subspan(room);
   }

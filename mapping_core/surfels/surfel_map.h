@@ -57,9 +57,22 @@ struct PredictionOptions {
   float min_confidence = 0;  ///< surfels below are left out
   float max_depth_m = 20;
   bool both_sides = false;  ///< also discs seen from behind (for pictures); tracking wants false
-  /// Colour, normal and confidence are the weighted mean of all discs of the front surface, instead of the nearest disc's: smooth,
-  /// for pictures.
+  /// Colour, normal and confidence are the weighted mean of all discs of the front surface, instead of the nearest
+  /// disc's: smooth, for pictures.
   bool blend = false;
+};
+
+/// Surfels of one map that lie together in memory.
+struct SurfelBlock {
+  uint64_t number = 0;  ///< no other block of the maps of one pool ever has it
+  std::vector<Surfel> surfels;
+};
+
+/// What has changed of a map.
+struct SurfelChanges {
+  uint64_t moment = 0;               ///< now: what to ask for next time
+  std::vector<uint64_t> blocks;      ///< numbers of all blocks that the map has
+  std::vector<SurfelBlock> changed;  ///< those of them in which a surfel may have been changed, made or removed
 };
 
 class SurfelPool;
@@ -90,6 +103,9 @@ class SurfelMap {
   /// Moves each surfel with its owner: p <- T_new_old[owner] p. Owners beyond the span stay. Chunks of which nothing
   /// moves are not looked at.
   Result<void> moveOwners(std::span<const Pose> T_new_old);
+
+  /// What has changed since `moment`, which is of an earlier answer of this map; 0: all. Only that is read.
+  Result<SurfelChanges> changesSince(uint64_t moment);
 
   /// All surfels in their order of creation.
   Result<std::vector<Surfel>> download();

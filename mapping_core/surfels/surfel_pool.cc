@@ -68,6 +68,7 @@ Result<SurfelStreams> SurfelPool::take(size_t capacity) {
       SurfelStreams streams = std::move(found->second);
       spare_.erase(found);
       streams.boxed = 0;
+      if (auto cleared = clearTouched(streams); !cleared) return cleared.error();
       return streams;
     }
     Error refusal{ErrorCode::kOutOfMemory, "surfels may take " + std::to_string(memory_bytes_ >> 20) + " MiB"};
@@ -111,6 +112,7 @@ Result<bool> SurfelPool::sendOneAway() {
     if (!oldest || chunk->used < oldest->used) oldest = chunk;
   }
   if (!oldest) return false;
+  if (auto noted = noteTouched(*oldest, moment_); !noted) return noted.error();
   const auto rows = readRows(oldest->streams, oldest->rows);
   if (!rows) return rows.error();
   std::unique_ptr<std::FILE, SurfelChunk::CloseFile> file(makeFile());
@@ -129,12 +131,22 @@ Result<std::unique_ptr<SurfelChunk>> SurfelPool::makeChunk(size_t capacity) {
   chunk->streams = std::move(*streams);
   chunk->capacity = capacity;
   chunk->used = clock_;
+  chunk->number = chunks_made_++;
   chunks_.insert(chunk.get());
   return chunk;
 }
 
-Result<StreamRows> SurfelPool::rowsOf(const SurfelChunk& chunk) {
-  if (!chunk.away) return readRows(chunk.streams, chunk.rows);
+Result<void> SurfelPool::noteTouched(SurfelChunk& chunk, uint64_t moment) {
+  const auto words = chunk.streams.touched.read<uint32_t>(gpu::groupsFor(chunk.rows, kBlockItems));
+  if (!words) return words.error();
+  bool any = false;
+  for (size_t block = 0; block < words->size(); ++block)
+    if ((*words)[block] != 0) chunk.moments.mark(block, moment), any = true;
+  return any ? clearTouched(chunk.streams) : Result<void>();
+}
+
+Result<StreamRows> SurfelPool::rowsOf(const SurfelChunk& chunk, size_t first, size_t count) {
+  if (!chunk.away) return readRows(chunk.streams, count, first);
   StreamRows rows;
   rows.places.resize(chunk.rows);
   rows.shapes.resize(chunk.rows);
@@ -143,6 +155,12 @@ Result<StreamRows> SurfelPool::rowsOf(const SurfelChunk& chunk) {
   if (timed) rows.times.resize(chunk.rows);
   std::rewind(chunk.away.get());
   if (!transferRows(rows, chunk.away.get(), std::fread)) return fileError("read");
+  const auto cut = [&](auto& values) {
+    if (values.empty()) return;
+    values.resize(first + count);
+    values.erase(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(first));
+  };
+  cut(rows.places), cut(rows.shapes), cut(rows.looks), cut(rows.records), cut(rows.times);
   return rows;
 }
 
@@ -165,6 +183,7 @@ Result<void> SurfelPool::need(SurfelChunk& chunk) {
 Result<void> SurfelPool::grow(SurfelChunk& chunk, size_t capacity) {
   if (auto done = need(chunk); !done) return done;
   if (capacity <= chunk.capacity) return {};
+  if (auto noted = noteTouched(chunk, moment_); !noted) return noted;
   auto larger = take(capacity);
   if (!larger) return larger.error();
   if (auto done = copyRows(context, chunk.streams, chunk.rows, *larger, 0); !done) {
@@ -188,6 +207,7 @@ Result<void> SurfelPool::compact(SurfelChunk& chunk) {
   giveBack(std::exchange(chunk.streams, std::move(*target)));
   chunk.rows = *left;
   chunk.gaps = 0;
+  chunk.moments.markAll(chunk.rows, moment_);
   const auto places = chunk.streams.places.read<std::array<float, 4>>(chunk.rows);
   if (!places) return places.error();
   chunk.bounds = {};

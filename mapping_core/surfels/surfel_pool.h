@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 
+#include "mapping_core/surfels/block_moments.h"
 #include "mapping_core/surfels/chunk_bounds.h"
 #include "mapping_core/surfels/fusion.h"
 #include "mapping_core/surfels/prediction.h"
@@ -37,8 +38,10 @@ struct SurfelChunk {
   uint32_t gaps = 0;
   std::set<uint32_t> owners;  ///< of all surfels, and maybe of some that are gone
   ChunkBounds bounds;         ///< of the rows' positions, to the decimetre
+  BlockMoments moments;       ///< when its blocks changed last
   size_t capacity = 0;        ///< also while away
   uint64_t used = 0;          ///< when it was last needed, by the pool's clock
+  uint64_t number = 0;        ///< among all that the pool has made
   std::unique_ptr<std::FILE, CloseFile> away;
 };
 
@@ -61,8 +64,15 @@ class SurfelPool {
   Result<void> grow(SurfelChunk& chunk, size_t capacity);
   /// Closes the gaps of a chunk.
   Result<void> compact(SurfelChunk& chunk);
+  /// The moment of changes that are made now. A question about changes ends it: what comes after is later.
+  uint64_t moment() const { return moment_; }
+  uint64_t endMoment() { return moment_++; }
+  /// Takes what fusions have touched of a chunk that is here into its moments.
+  Result<void> noteTouched(SurfelChunk& chunk, uint64_t moment);
   /// All rows of a chunk, wherever it is.
-  Result<StreamRows> rowsOf(const SurfelChunk& chunk);
+  Result<StreamRows> rowsOf(const SurfelChunk& chunk) { return rowsOf(chunk, 0, chunk.rows); }
+  /// Some of them.
+  Result<StreamRows> rowsOf(const SurfelChunk& chunk, size_t first, size_t count);
 
   size_t chunksAway() const;
   /// Bytes that chunks take on the device, those kept for the next chunk included.
@@ -86,7 +96,7 @@ class SurfelPool {
   Result<bool> sendOneAway();
 
   size_t memory_bytes_ = 0, bytes_ = 0;
-  uint64_t clock_ = 0;
+  uint64_t clock_ = 0, moment_ = 1, chunks_made_ = 0;
   std::set<SurfelChunk*> chunks_;
   std::multimap<size_t, SurfelStreams> spare_;  // by capacity
 };

@@ -21,9 +21,14 @@ Result<SurfelStreams> SurfelStreams::create(gpu::Context& context, size_t capaci
                {&streams.looks, 16, "surfel looks"},
                {&streams.records, 8, "surfel records"},
                {&streams.times, 16, "surfel times"}};
-  auto boxes = gpu::Buffer::create(context, gpu::groupsFor(capacity, kBlockItems) * size_t{32}, "surfel boxes");
+  const size_t blocks = gpu::groupsFor(capacity, kBlockItems);
+  auto boxes = gpu::Buffer::create(context, blocks * 32, "surfel boxes");
   if (!boxes) return boxes.error();
   streams.boxes = std::move(*boxes);
+  auto touched = gpu::Buffer::create(context, blocks * 4, "touched blocks");
+  if (!touched) return touched.error();
+  streams.touched = std::move(*touched);
+  if (auto cleared = clearTouched(streams); !cleared) return cleared.error();
   for (const auto& entry : table) {
     if (entry.buffer == &streams.times && !timed) continue;
     auto buffer = gpu::Buffer::create(context, capacity * entry.bytes, entry.name);
@@ -58,11 +63,13 @@ StreamRows pack(std::span<const Surfel> surfels) {
   return rows;
 }
 
-std::vector<Surfel> unpack(const StreamRows& rows) {
+std::vector<Surfel> unpack(const StreamRows& rows) { return unpack(rows, 0, rows.places.size()); }
+
+std::vector<Surfel> unpack(const StreamRows& rows, size_t first, size_t count) {
   std::vector<Surfel> surfels;
-  surfels.reserve(rows.places.size());
+  surfels.reserve(count);
   const auto channel = [](uint32_t value) { return static_cast<uint8_t>(std::min((value + 128) >> 8, 255u)); };
-  for (size_t i = 0; i < rows.places.size(); ++i) {
+  for (size_t i = first; i < first + count; ++i) {
     const auto& place = rows.places[i];
     if (!(place[3] >= 0)) continue;
     const auto& shape = rows.shapes[i];
@@ -80,19 +87,24 @@ std::vector<Surfel> unpack(const StreamRows& rows) {
   return surfels;
 }
 
-Result<StreamRows> readRows(const SurfelStreams& streams, size_t count) {
+Result<void> clearTouched(SurfelStreams& streams) {
+  const std::vector<uint32_t> none(streams.touched.bytes() / sizeof(uint32_t));
+  return streams.touched.write(std::span(none));
+}
+
+Result<StreamRows> readRows(const SurfelStreams& streams, size_t count, size_t first) {
   StreamRows rows;
   rows.places.resize(count);
   rows.shapes.resize(count);
   rows.looks.resize(count);
   rows.records.resize(count);
-  if (auto done = streams.places.read(rows.places.data(), count * 16); !done) return done.error();
-  if (auto done = streams.shapes.read(rows.shapes.data(), count * 16); !done) return done.error();
-  if (auto done = streams.looks.read(rows.looks.data(), count * 16); !done) return done.error();
-  if (auto done = streams.records.read(rows.records.data(), count * 8); !done) return done.error();
+  if (auto done = streams.places.read(rows.places.data(), count * 16, first * 16); !done) return done.error();
+  if (auto done = streams.shapes.read(rows.shapes.data(), count * 16, first * 16); !done) return done.error();
+  if (auto done = streams.looks.read(rows.looks.data(), count * 16, first * 16); !done) return done.error();
+  if (auto done = streams.records.read(rows.records.data(), count * 8, first * 8); !done) return done.error();
   if (streams.timed()) {
     rows.times.resize(count);
-    if (auto done = streams.times.read(rows.times.data(), count * 16); !done) return done.error();
+    if (auto done = streams.times.read(rows.times.data(), count * 16, first * 16); !done) return done.error();
   }
   return rows;
 }

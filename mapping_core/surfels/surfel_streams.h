@@ -21,6 +21,7 @@ struct SurfelStreams {
   gpu::Buffer records;  ///< 8 bytes
   gpu::Buffer times;    ///< 16 bytes, SeenTimes; only of timed maps
   gpu::Buffer boxes;    ///< 32 bytes a block of kBlockItems rows, see shaders/bound_blocks.comp
+  gpu::Buffer touched;  ///< 4 bytes a block: not 0 if a fusion has changed or removed a row since clearTouched()
   size_t capacity = 0;
   uint32_t boxed = 0;  ///< rows whose boxes hold; who moves or writes rows takes them back
   uint32_t fused = 0;  ///< fusions since boxes were made
@@ -40,8 +41,11 @@ struct StreamRows {
 StreamRows pack(std::span<const Surfel> surfels);
 /// Without those that are removed.
 std::vector<Surfel> unpack(const StreamRows& rows);
+/// The same of some rows.
+std::vector<Surfel> unpack(const StreamRows& rows, size_t first, size_t count);
 
-Result<StreamRows> readRows(const SurfelStreams& streams, size_t count);
+Result<StreamRows> readRows(const SurfelStreams& streams, size_t count, size_t first = 0);
+Result<void> clearTouched(SurfelStreams& streams);
 /// Boxes of the rows from `first` on are to be made anew, here and when rows are copied.
 Result<void> writeRows(SurfelStreams& streams, const StreamRows& rows, size_t first);
 /// Copies the first `count` rows, on the device, to the rows from `first` on.

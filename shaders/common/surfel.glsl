@@ -3,6 +3,9 @@
 // record = precision, misses|violations<<8.
 const float kRemoved = -1.0;
 
+// Rows that share a word which tells that one of them has changed.
+#define touchedBlock(row) ((row) >> 10)
+
 vec3 colourOf(uvec4 look) { return vec3(look.x & 0xffffu, look.x >> 16, look.y & 0xffffu); }
 uint observationsOf(uvec4 look) { return look.y >> 16; }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <map>
 
 #include "mapping_core/surfels/compaction.h"
 #include "tests/mapping_core/gpu/test_device.h"
@@ -121,6 +122,78 @@ TEST(SurfelMap, OwnersContributorsAndCountsAreKept) {
     EXPECT_EQ(s.contributors, 5u);
   }
   EXPECT_GT(both, surfels->size() * 9 / 10);
+}
+
+// Follows a map by what it says has changed.
+class Follower {
+ public:
+  // Blocks that were told to have changed.
+  size_t follow(SurfelMap& map) {
+    const auto changes = map.changesSince(moment_);
+    EXPECT_TRUE(changes) << changes.error().text;
+    moment_ = changes->moment;
+    for (const SurfelBlock& block : changes->changed) blocks_[block.number] = block.surfels;
+    std::vector<Surfel> all;
+    for (const uint64_t number : changes->blocks) {
+      EXPECT_TRUE(blocks_.contains(number));
+      all.insert(all.end(), blocks_[number].begin(), blocks_[number].end());
+    }
+    EXPECT_TRUE(identical(all, *map.download()));
+    return changes->changed.size();
+  }
+  size_t known() const { return blocks_.size(); }
+
+ private:
+  uint64_t moment_ = 0;
+  std::map<uint64_t, std::vector<Surfel>> blocks_;
+};
+
+TEST(SurfelMap, WhoReadsOnlyWhatHasChangedHasTheMap) {
+  COMAP_DEVICE_OR_SKIP(device);
+  SurfelMap map = mapOn(device, 1);
+  Follower follower, late;
+  double fewest = 1;
+  EXPECT_EQ(follower.follow(map), 0u);
+  const Scene scene = Scene::room();
+  for (int k = 0; k < 24; ++k) {
+    const Pose T_map_cam = viewPose(4 * k);  // turns around: what was seen first is out of view, then seen again
+    const Frame frame = scene.render(kCamera, T_map_cam);
+    ASSERT_TRUE(map.fuse(kCamera, frame.colour, frame.depth, T_map_cam, static_cast<uint32_t>(k), 1));
+    const size_t changed = follower.follow(map);
+    EXPECT_GT(changed, 0u);
+    EXPECT_LE(changed, follower.known());
+    fewest = std::min(fewest, static_cast<double>(changed) / static_cast<double>(follower.known()));
+    EXPECT_EQ(follower.follow(map), 0u);
+  }
+  EXPECT_LT(fewest, 0.5) << "most of the map was out of view";
+  std::vector<Pose> motions(4, Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0.1, 0)));
+  ASSERT_TRUE(map.moveOwners(motions));
+  EXPECT_GT(follower.follow(map), 0u);
+  ASSERT_TRUE(map.append(someSurfels(3000)));
+  EXPECT_GE(follower.follow(map), 3u);
+  EXPECT_GT(late.follow(map), 10u);
+  map.clear();
+  EXPECT_EQ(follower.follow(map), 0u);
+  ASSERT_TRUE(map.append(someSurfels(500)));
+  EXPECT_EQ(follower.follow(map), 1u);
+  EXPECT_EQ(late.follow(map), 1u);
+  EXPECT_EQ(validationText(device), "");
+}
+
+// Depth that comes nearer and goes again removes what was behind and what was in front: gaps, that are closed.
+TEST(SurfelMap, WhatIsRemovedAndMovedUpIsTold) {
+  COMAP_DEVICE_OR_SKIP(device);
+  SurfelMap map = mapOn(device, 1);
+  Follower follower;
+  size_t removed = 0;
+  for (uint32_t k = 0; k < 40; ++k) {
+    const DepthImage depth(kCamera.width, kCamera.height, static_cast<uint16_t>(k / 10 % 2 == 0 ? 8000 : 10000));
+    const auto report = map.fuse(kCamera, ColourImage(kCamera.width, kCamera.height), depth, viewPose(0), k, 1);
+    ASSERT_TRUE(report) << report.error().text;
+    removed += report->removed;
+    follower.follow(map);
+  }
+  EXPECT_GT(removed, 5000u) << "not enough to close gaps";
 }
 
 TEST(SurfelMap, AppendedSurfelsComeBackInOrder) {

@@ -49,6 +49,9 @@ TEST(SurfelPool, MapLargerThanItsMemoryIsWhole) {
   std::vector<Pose> motions(2);
   motions[1] = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, 0.01));
   ASSERT_TRUE(away.moveOwners(motions) && here.moveOwners(motions));
+  const auto before = away.changesSince(0), known = here.changesSince(0);
+  ASSERT_TRUE(before && known);
+  ASSERT_EQ(before->changed.size(), before->blocks.size());
   // At 524 m two chunks meet: they are all that fits, and new surfels go into another.
   for (const double x : {0.5, 1500.0, 524.0, 700.0, 10.0}) {
     const auto a = away.predict(kCamera, above(x), {}), b = here.predict(kCamera, above(x), {});
@@ -67,6 +70,16 @@ TEST(SurfelPool, MapLargerThanItsMemoryIsWhole) {
   const auto a = away.download(), b = here.download();
   ASSERT_TRUE(a && b);
   ASSERT_EQ(a->size(), b->size());
+  // What was changed before it left is told like what is here.
+  const auto changed = away.changesSince(before->moment), also = here.changesSince(known->moment);
+  ASSERT_TRUE(changed && also);
+  EXPECT_EQ(changed->blocks.size(), also->blocks.size());
+  ASSERT_EQ(changed->changed.size(), also->changed.size());
+  EXPECT_LT(changed->changed.size(), changed->blocks.size() / 4);
+  for (size_t i = 0; i < also->changed.size(); ++i) {
+    EXPECT_EQ(changed->changed[i].number, also->changed[i].number);
+    EXPECT_EQ(changed->changed[i].surfels.size(), also->changed[i].surfels.size());
+  }
   for (size_t i = 0; i < a->size(); ++i) {
     ASSERT_EQ((*a)[i].position, (*b)[i].position) << i;
     ASSERT_EQ((*a)[i].confidence, (*b)[i].confidence) << i;
