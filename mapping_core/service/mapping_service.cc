@@ -7,8 +7,6 @@
 
 #include "mapping_core/ferns/fern_book.h"
 #include "mapping_core/service/map_finish.h"
-#include "mapping_core/tiles/tile_builder.h"
-#include "mapping_core/tiles/tile_places.h"
 #include "protocol/codec/codec.h"
 #include "protocol/telemetry/stage_clock.h"
 
@@ -17,6 +15,7 @@ namespace {
 
 constexpr size_t kMaxRefusalBytes = 600;        // an acknowledgement has to fit one datagram
 constexpr std::chrono::milliseconds kCalm(50);  // without a message; then what was put off is done
+constexpr std::chrono::milliseconds kSoon(20);  // until more tiles may go
 constexpr size_t kFusedAtOnce = 4;              // keyframes whose surfels are missing, between looking for messages
 
 std::string describe(const Confirmation& heard) {
@@ -37,6 +36,7 @@ MappingService::MappingService(const ServiceOptions& options, Link& link, MapSto
       ingest_(store),
       registry_(FernBook::standard(options.fern_seed).hash()),
       builder_(device, store, options.mapping),
+      tiles_({options.mapping.fusion.stable_confidence, options.tile_spacing_m}),
       delivery_(link, options.pace_tiles) {}
 
 Result<void> MappingService::resume() {
@@ -86,12 +86,14 @@ Result<bool> MappingService::step(std::chrono::milliseconds timeout) {
   const bool takes = storeTakes();
   const bool busy = (ingest_.hasNext() && takes) || !builder_.caughtUp();
   if (builder_.hasUnasked()) timeout = std::min(timeout, kCalm);
+  if (delivery_.unfinished()) timeout = std::min(timeout, kSoon);
   auto delivery = link_.receive(busy ? std::chrono::milliseconds(0) : timeout);
   while (delivery) {
     worked = true;
     if (auto handled = handle(*delivery); !handled) return handled.error();
     delivery = link_.receive(std::chrono::milliseconds(0));
   }
+  if (auto sent = delivery_.goOn(registry_); !sent) return sent.error();
   if (!builder_.caughtUp()) {
     if (auto fused = builder_.catchUp(kFusedAtOnce); !fused) return fused.error();
     return true;
@@ -286,6 +288,7 @@ Result<void> MappingService::announce(const MapChange& change) {
   announceMerges(change);
   std::erase_if(unpublished_,
                 [&](const auto& entry) { return builder_.components().anchorOf(entry.first) != entry.first; });
+  tiles_.keepOnly(builder_.components());
   return publishCorrections();
 }
 
@@ -349,16 +352,10 @@ Result<void> MappingService::handleInterest(const Delivery& delivery) {
 
 Result<void> MappingService::refreshTilesOf(const KeyframeId& anchor) {
   const StageSpan span("tiles");
-  auto surfels = builder_.surfels(anchor).download();
-  if (!surfels) return surfels.error();
-  TileOptions options;
-  options.min_confidence = options_.mapping.fusion.stable_confidence;
-  options.spacing_m = options_.tile_spacing_m;
-  const MapId map = mapIdOf(anchor);
-  std::vector<Tile> tiles = buildTiles(map, *surfels, options);
-  addPlaces(map, builder_.placesOf(anchor), delivery_.tiles().tiles(map), PlaceOptions{}, tiles);
+  auto changed = tiles_.cut(builder_, anchor, delivery_.tiles());
+  if (!changed) return changed.error();
   unpublished_.erase(anchor);
-  return delivery_.renew(map, std::move(tiles), registry_);
+  return delivery_.renew(mapIdOf(anchor), std::move(*changed), registry_);
 }
 
 bool MappingService::quiet() const {

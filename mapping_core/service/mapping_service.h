@@ -11,6 +11,7 @@
 #include "mapping_core/ingest/keyframe_ingest.h"
 #include "mapping_core/ingest/robot_registry.h"
 #include "mapping_core/service/core_load.h"
+#include "mapping_core/service/live_tiles.h"
 #include "mapping_core/service/map_builder.h"
 #include "mapping_core/service/tile_delivery.h"
 #include "protocol/link/link.h"
@@ -121,6 +122,7 @@ class MappingService {
   KeyframeIngest ingest_;
   RobotRegistry registry_;
   MapBuilder builder_;
+  LiveTiles tiles_;
   TileDelivery delivery_;
   std::map<std::string, uint32_t> robot_index_;  // in order of first keyframe
   std::map<std::string, Latest> latest_;         // last mapped keyframe of each robot

@@ -48,14 +48,20 @@ std::vector<HeldTile> TileDownlink::reported(const MapId& map, std::span<const H
 }
 
 std::vector<HeldTile> TileDownlink::held() const {
-  std::map<TileKey, uint64_t> known = reported_;
-  for (const auto& [key, sent] : under_way_) known[key] = sent.revision;
   std::vector<HeldTile> all;
-  all.reserve(known.size());
-  for (const auto& [key, revision] : known) {
+  all.reserve(reported_.size() + under_way_.size());
+  const auto add = [&](const TileKey& key, uint64_t revision) {
     const auto removed = removed_.find(key);
     if (removed == removed_.end() || removed->second != revision) all.push_back({key, revision});
+  };
+  auto sent = under_way_.begin();
+  for (const auto& [key, revision] : reported_) {
+    for (; sent != under_way_.end() && sent->first < key; ++sent) add(sent->first, sent->second.revision);
+    const bool newer = sent != under_way_.end() && sent->first == key;
+    add(key, newer ? sent->second.revision : revision);
+    if (newer) ++sent;
   }
+  for (; sent != under_way_.end(); ++sent) add(sent->first, sent->second.revision);
   return all;
 }
 

@@ -26,7 +26,7 @@ class TileDownlink {
   void sent(const TileKey& key, uint64_t revision, size_t bytes, Clock::time_point now, bool removal = false);
 
   /// What the last report and what was sent since say that it holds or is about to; not what it names because it knows
-  /// that it is gone.
+  /// that it is gone. By key.
   std::vector<HeldTile> held() const;
   /// Whether the last report, on this map, is so fresh that more may be sent without waiting for the next one.
   bool fresh(const MapId& map, Clock::time_point now) const;

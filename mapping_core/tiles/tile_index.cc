@@ -1,7 +1,6 @@
 #include "mapping_core/tiles/tile_index.h"
 
 #include <algorithm>
-#include <limits>
 #include <set>
 
 #include "protocol/types/tile_distance.h"
@@ -11,20 +10,6 @@ namespace {
 
 constexpr double kViewCosine = 0.7;  // of half a camera's view, and some
 constexpr double kNotAhead = 2;
-constexpr size_t kBytesPerSurfel = 14;
-constexpr size_t kBytesPerTile = 64;  // key, revision, framing
-constexpr size_t kBytesPerPose = 70;  // of a place
-
-TileKey firstKeyOf(const MapId& map) {
-  constexpr int32_t kLow = std::numeric_limits<int32_t>::min();
-  return {map, kLow, kLow, kLow};
-}
-
-size_t sizeOnTheWire(const Tile& tile) {
-  size_t bytes = kBytesPerTile + kBytesPerSurfel * tile.surfels.size();
-  for (const TilePlace& place : tile.places) bytes += kBytesPerPose + place.code.codes.size() * 5 / 8;
-  return bytes;
-}
 
 // How far, in metres; the lower, the sooner.
 double urgency(const TileKey& key, const Eigen::Vector3d& position_m, const Eigen::Vector3d& ahead) {
@@ -34,29 +19,71 @@ double urgency(const TileKey& key, const Eigen::Vector3d& position_m, const Eige
   return in_view ? distance_m : kNotAhead * distance_m;
 }
 
+struct Candidate {
+  double distance_m;
+  uint64_t since;  // the lower, the longer it has been lacking: 0 if none is held, else the revision held, plus one
+  const Tile* tile;
+};
+
+struct Order {
+  std::vector<const Candidate*> all;
+  size_t next = 0;
+};
+
+// Takes candidates by turns from three orders, as TileIndex::lacking() says.
+std::vector<const Tile*> interleave(const std::vector<Candidate>& candidates) {
+  uint64_t newest = 0;
+  for (const Candidate& one : candidates) newest = std::max(newest, one.tile->revision);
+  Order near, fresh;
+  for (const Candidate& one : candidates) near.all.push_back(&one);
+  std::stable_sort(near.all.begin(), near.all.end(),
+                   [](const auto* a, const auto* b) { return a->distance_m < b->distance_m; });
+  std::copy_if(near.all.begin(), near.all.end(), std::back_inserter(fresh.all),
+               [&](const Candidate* one) { return one->tile->revision == newest; });
+  Order overdue = near;
+  std::stable_sort(overdue.all.begin(), overdue.all.end(),
+                   [](const auto* a, const auto* b) { return a->since < b->since; });
+
+  Order* const turns[] = {&near, &fresh, &near, &near, &fresh, &near, &overdue, &near};
+  std::vector<bool> taken(candidates.size());
+  std::vector<const Tile*> result;
+  for (size_t turn = 0; result.size() < candidates.size(); ++turn) {
+    Order& order = *turns[turn % std::size(turns)];
+    const auto indexOfNext = [&] { return static_cast<size_t>(order.all[order.next] - candidates.data()); };
+    while (order.next < order.all.size() && taken[indexOfNext()]) ++order.next;
+    if (order.next == order.all.size()) continue;
+    taken[indexOfNext()] = true;
+    result.push_back(order.all[order.next]->tile);
+  }
+  return result;
+}
+
 }  // namespace
 
 size_t TileIndex::update(const MapId& map, std::vector<Tile> tiles) {
-  const uint64_t next = revision_ + 1;
-  size_t changed = 0;
   std::set<TileKey> present;
   for (Tile& tile : tiles) {
-    if (tile.empty()) continue;
     tile.key.map = map;
-    present.insert(tile.key);
-    Tile& current = tiles_[tile.key];
-    if (current.surfels == tile.surfels && current.places == tile.places) continue;
-    tile.revision = next;
-    current = std::move(tile);
-    ++changed;
+    if (!tile.empty()) present.insert(tile.key);
   }
-  for (auto at = tiles_.lower_bound(firstKeyOf(map)); at != tiles_.end() && at->first.map == map; ++at) {
-    Tile& tile = at->second;
-    if (tile.empty() || present.contains(at->first)) continue;
-    tile.surfels.clear();
-    tile.surfels.shrink_to_fit();
-    tile.places.clear();
+  for (const auto& [key, tile] : of(map))
+    if (!tile.empty() && !present.contains(key)) tiles.push_back({key, 0});
+  return change(map, std::move(tiles));
+}
+
+size_t TileIndex::change(const MapId& map, std::vector<Tile> tiles) {
+  const uint64_t next = revision_ + 1;
+  size_t changed = 0;
+  for (Tile& tile : tiles) {
+    tile.key.map = map;
+    const auto current = tiles_.find(tile.key);
+    const bool known = current != tiles_.end();
+    const bool same = known ? current->second.surfels == tile.surfels && current->second.places == tile.places
+                            : tile.empty();  // who never held it need not know
+    if (same) continue;
     tile.revision = next;
+    const TileKey key = tile.key;
+    tiles_.insert_or_assign(key, std::move(tile));
     ++changed;
   }
   if (changed > 0) revision_ = next;
@@ -67,66 +94,47 @@ void TileIndex::drop(const MapId& map) {
   std::erase_if(tiles_, [&](const auto& entry) { return entry.first.map == map; });
 }
 
-std::vector<Tile> TileIndex::lacking(const MapId& map, const Pose& T_map_cam, double radius_m,
-                                     std::span<const HeldTile> held, size_t budget_bytes) const {
+std::vector<TileDue> TileIndex::lacking(const MapId& map, const Pose& T_map_cam, double radius_m,
+                                        std::span<const HeldTile> held) const {
   const Eigen::Vector3d position_m = T_map_cam.translation();
   const Eigen::Vector3d ahead = T_map_cam.rotation() * Eigen::Vector3d::UnitZ();
-  std::map<TileKey, uint64_t> held_revision;
-  for (const HeldTile& tile : held) {
-    if (tile.key.map == map) held_revision[tile.key] = tile.revision;
-  }
-
-  std::vector<Tile> removals;
-  for (const auto& [key, revision] : held_revision) {
-    const auto found = tiles_.find(key);
-    if (found == tiles_.end()) {
-      removals.push_back({key, revision_, {}});
-    } else if (found->second.empty() && found->second.revision != revision) {  // else it knows
-      removals.push_back(found->second);
+  std::vector<const HeldTile*> known;  // of this map, by key
+  for (const HeldTile& tile : held)
+    if (tile.key.map == map) known.push_back(&tile);
+  const auto byKey = [](const HeldTile* a, const HeldTile* b) { return a->key < b->key; };
+  if (!std::is_sorted(known.begin(), known.end(), byKey)) std::sort(known.begin(), known.end(), byKey);
+  // Both are sorted: of each tile that there is, or was, or that the robot thinks there is, what both sides have.
+  std::vector<TileDue> due;
+  std::vector<Candidate> candidates;
+  const auto tellGone = [&](const HeldTile& tile) { due.push_back({tile.key, revision_, true}); };
+  auto next = known.begin();
+  for (const auto& [key, tile] : of(map)) {
+    for (; next != known.end() && (*next)->key < key; ++next) tellGone(**next);
+    const HeldTile* its = next != known.end() && (*next)->key == key ? *next : nullptr;
+    while (next != known.end() && (*next)->key == key) ++next;
+    if (its != nullptr && its->revision == tile.revision) continue;  // it knows
+    if (tile.empty()) {
+      if (its != nullptr) due.push_back({key, tile.revision, true});
+    } else if (distanceToTile(key, position_m) <= radius_m) {
+      candidates.push_back({urgency(key, position_m, ahead), its == nullptr ? 0 : its->revision + 1, &tile});
     }
   }
-
-  struct Candidate {
-    double distance;
-    const Tile* tile;
-  };
-  std::vector<Candidate> candidates;
-  for (auto at = tiles_.lower_bound(firstKeyOf(map)); at != tiles_.end() && at->first.map == map; ++at) {
-    if (at->second.empty() || !(distanceToTile(at->first, position_m) <= radius_m)) continue;
-    const auto known = held_revision.find(at->first);
-    if (known != held_revision.end() && known->second == at->second.revision) continue;
-    candidates.push_back({urgency(at->first, position_m, ahead), &at->second});
-  }
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.distance < b.distance; });
-
-  std::vector<Tile> result;
-  size_t bytes = 0;
-  const auto fits = [&](const Tile& tile) {
-    bytes += sizeOnTheWire(tile);
-    return result.empty() || bytes <= budget_bytes;
-  };
-  for (Tile& tile : removals) {
-    if (!fits(tile)) return result;
-    result.push_back(std::move(tile));
-  }
-  for (const Candidate& candidate : candidates) {
-    if (!fits(*candidate.tile)) return result;
-    result.push_back(*candidate.tile);
-  }
-  return result;
+  for (; next != known.end(); ++next) tellGone(**next);
+  for (const Tile* tile : interleave(candidates)) due.push_back({tile->key, tile->revision});
+  return due;
 }
 
-bool TileIndex::holds(const MapId& map) const {
-  const auto at = tiles_.lower_bound(firstKeyOf(map));
-  return at != tiles_.end() && at->first.map == map;
+bool TileIndex::holds(const MapId& map) const { return !of(map).empty(); }
+
+const Tile* TileIndex::find(const TileKey& key) const {
+  const auto at = tiles_.find(key);
+  return at == tiles_.end() || at->second.empty() ? nullptr : &at->second;
 }
 
 std::vector<Tile> TileIndex::tiles(const MapId& map) const {
   std::vector<Tile> result;
-  for (auto at = tiles_.lower_bound(firstKeyOf(map)); at != tiles_.end() && at->first.map == map; ++at) {
-    if (!at->second.empty()) result.push_back(at->second);
-  }
+  for (const auto& [key, tile] : of(map))
+    if (!tile.empty()) result.push_back(tile);
   return result;
 }
 

@@ -1,7 +1,9 @@
 // The current tiles of all maps with their revisions: what changed, what was removed, what a robot lacks.
 #pragma once
 
+#include <limits>
 #include <map>
+#include <ranges>
 #include <span>
 #include <string>
 #include <vector>
@@ -10,6 +12,13 @@
 #include "protocol/types/tile.h"
 
 namespace comap {
+
+/// A tile that a robot should get, at the revision that it then had.
+struct TileDue {
+  TileKey key;
+  uint64_t revision = 0;
+  bool removal = false;  ///< it is to be told that there is no such tile
+};
 
 /// Thread rule: one thread at a time.
 class TileIndex {
@@ -20,17 +29,29 @@ class TileIndex {
   /// Replaces all tiles of `map`: those that changed get a new revision, those gone become removals.
   /// Returns how many changed.
   size_t update(const MapId& map, std::vector<Tile> tiles);
+  /// Replaces only these tiles of `map`; an empty one goes. Returns how many changed.
+  size_t change(const MapId& map, std::vector<Tile> tiles);
   /// A map that was absorbed: its tiles go without a trace (robots learn it from their correction's map).
   void drop(const MapId& map);
 
-  /// Tiles of `map` near the camera that differ from what is held, until `budget_bytes` are filled; at least one if any
-  /// differs. Removals first of all, then nearest first, where what is not ahead counts as twice as far.
-  std::vector<Tile> lacking(const MapId& map, const Pose& T_map_cam, double radius_m, std::span<const HeldTile> held,
-                            size_t budget_bytes) const;
+  /// Tiles of `map` near the camera that differ from what is held, in the order in which they should go. Removals first
+  /// of all. Of the others five in eight are the nearest that are left, where what is not ahead counts as twice as far;
+  /// two are of what the last change has changed, as long as there is any, so that news do not wait for all that is
+  /// near; one has been lacking for the longest, so that nothing waits for ever.
+  std::vector<TileDue> lacking(const MapId& map, const Pose& T_map_cam, double radius_m,
+                               std::span<const HeldTile> held) const;
 
   /// Whether there is any tile of `map`, removals included.
   bool holds(const MapId& map) const;
   std::vector<Tile> tiles(const MapId& map) const;
+  /// Those of `map` by key, removals included.
+  auto of(const MapId& map) const {
+    constexpr int32_t kLow = std::numeric_limits<int32_t>::min(), kHigh = std::numeric_limits<int32_t>::max();
+    return std::ranges::subrange(tiles_.lower_bound({map, kLow, kLow, kLow}),
+                                 tiles_.upper_bound({map, kHigh, kHigh, kHigh}));
+  }
+  /// Null if there is no such tile, or none any more.
+  const Tile* find(const TileKey& key) const;
   const std::map<TileKey, Tile>& all() const { return tiles_; }  ///< removals, which are empty, included
   uint64_t revision() const { return revision_; }
 

@@ -27,13 +27,9 @@ Pose settled(const TilePlace& view, const std::vector<TilePlace>& known, const P
   return view.T_map_cam;
 }
 
-}  // namespace
-
-void addPlaces(const MapId& map, std::span<const TilePlace> views, std::span<const Tile> current,
-               const PlaceOptions& options, std::vector<Tile>& tiles) {
-  std::map<TileKey, const Tile*> known;
-  for (const Tile& tile : current)
-    if (!tile.places.empty()) known[tile.key] = &tile;
+// The places of each cube.
+std::map<TileKey, std::vector<TilePlace>> choose(const MapId& map, std::span<const TilePlace> views,
+                                                 const TileIndex& current, const PlaceOptions& options) {
   std::map<TileKey, std::vector<TilePlace>> chosen;
   for (const TilePlace& view : views) {
     const Eigen::Vector3d& at = view.T_map_cam.translation();
@@ -44,21 +40,28 @@ void addPlaces(const MapId& map, std::span<const TilePlace> views, std::span<con
       return near(place.T_map_cam, view.T_map_cam, options.apart_m, options.apart_rad);
     });
     if (redundant || places.size() >= options.most_per_tile) continue;
-    const auto before = known.find(key);
-    places.push_back(
-        {before == known.end() ? view.T_map_cam : settled(view, before->second->places, options), view.code});
+    const Tile* before = current.find(key);
+    places.push_back({before == nullptr ? view.T_map_cam : settled(view, before->places, options), view.code});
   }
-  std::map<TileKey, size_t> index;
-  for (size_t i = 0; i < tiles.size(); ++i) index[tiles[i].key] = i;
+  return chosen;
+}
+
+}  // namespace
+
+void addPlaces(const MapId& map, std::span<const TilePlace> views, const TileIndex& current,
+               const PlaceOptions& options, std::vector<Tile>& tiles) {
+  auto chosen = choose(map, views, current, options);
+  for (const auto& [key, tile] : current.of(map))
+    if (!tile.places.empty()) chosen.try_emplace(key);  // which has none any more
+  for (Tile& tile : tiles)
+    if (auto places = chosen.extract(tile.key)) tile.places = std::move(places.mapped());
   for (auto& [key, places] : chosen) {
-    const auto there = index.find(key);
-    if (there == index.end()) {
-      Tile& tile = tiles.emplace_back();
-      tile.key = key;
-      tile.places = std::move(places);
-    } else {
-      tiles[there->second].places = std::move(places);
-    }
+    const Tile* before = current.find(key);
+    if (before != nullptr && before->places == places) continue;
+    Tile& tile = tiles.emplace_back();
+    if (before != nullptr) tile.surfels = before->surfels;
+    tile.key = key;
+    tile.places = std::move(places);
   }
 }
 

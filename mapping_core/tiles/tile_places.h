@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "mapping_core/tiles/tile_index.h"
 #include "protocol/types/tile.h"
 
 namespace comap {
@@ -18,9 +19,10 @@ struct PlaceOptions {
   double still_m = 0.03, still_rad = 0.02;
 };
 
-/// Adds `views` of the tiles' map to `tiles`, in their order; cubes without surfels get tiles of their own. `current`
-/// are the tiles of before. Views without a code are left out.
-void addPlaces(const MapId& map, std::span<const TilePlace> views, std::span<const Tile> current,
+/// `tiles`: those of `map` whose surfels have changed since `current` was; they get the places of `views`, which are
+/// all of the map. Tiles of which only the places have changed are added, with the surfels that `current` has there;
+/// cubes without surfels get tiles of their own. Views without a code are left out.
+void addPlaces(const MapId& map, std::span<const TilePlace> views, const TileIndex& current,
                const PlaceOptions& options, std::vector<Tile>& tiles);
 
 }  // namespace comap

@@ -32,7 +32,7 @@ Depth depthOf(Topic topic) {
     case Topic::kKeyframe:
       return {true, 16, 64};
     case Topic::kTile:
-      return {true, 64, 64};
+      return {true, 256, 64};  // what a few keyframes change, for a reader that looks once a frame
     case Topic::kInterest:
       return {true, 2, 256};
     case Topic::kVerdict:

@@ -24,16 +24,18 @@ std::vector<Tile> gridOf(int side, int height) {
 // Holds what the core sends, until it has all of it or has asked so often. Returns how many tiles were sent.
 size_t askUntilAll(TileAsking& asking, const TileIndex& core, size_t all, std::map<TileKey, Tile>& held, size_t most,
                    size_t questions) {
-  constexpr size_t kBudget_bytes = 4000;
+  constexpr size_t kBudget = 37;  // tiles
   size_t sent = 0;
   for (; questions > 0 && held.size() < all; --questions) {
     const TileAsking::Question question = asking.next(held, {1, 2, 3});
     EXPECT_LE(question.held.size(), most);
-    for (const Tile& tile : core.lacking("m", Pose(Eigen::Quaterniond::Identity(), question.centre_m),
-                                         question.radius_m, question.held, kBudget_bytes)) {
+    auto due =
+        core.lacking("m", Pose(Eigen::Quaterniond::Identity(), question.centre_m), question.radius_m, question.held);
+    if (due.size() > kBudget) due.resize(kBudget);
+    for (const TileDue& tile : due) {
       ++sent;
       asking.took(tile.key, tile.revision);
-      held[tile.key] = tile;
+      held[tile.key] = *core.find(tile.key);
     }
   }
   return sent;

@@ -18,7 +18,18 @@ Tile tileAt(int x, int y, int z, size_t surfels, uint8_t shade = 0) {
   return tile;
 }
 
-constexpr size_t kPlenty = 1 << 30;
+// What goes to a robot, in this order.
+std::vector<Tile> lacking(const TileIndex& index, const Pose& T_map_cam, double radius_m,
+                          const std::vector<HeldTile>& held) {
+  std::vector<Tile> tiles;
+  for (const TileDue& due : index.lacking("m", T_map_cam, radius_m, held)) {
+    const Tile* tile = index.find(due.key);
+    EXPECT_EQ(tile == nullptr, due.removal);
+    tiles.push_back(tile == nullptr ? Tile{due.key, due.revision} : *tile);
+    EXPECT_EQ(tiles.back().revision, due.revision);
+  }
+  return tiles;
+}
 
 // A camera that looks along z.
 Pose at(const Eigen::Vector3d& position_m) { return Pose(Eigen::Quaterniond::Identity(), position_m); }
@@ -43,14 +54,14 @@ TEST(TileIndex, aTileThatGoesIsToldToThoseWhoHoldIt) {
   EXPECT_EQ(index.update("m", {tileAt(0, 0, 0, 5)}), 0u) << "a removal is one change";
   EXPECT_EQ(index.tiles("m").size(), 1u);
   const std::vector<HeldTile> held = {{{"m", 0, 0, 0}, 1}, {{"m", 1, 0, 0}, 1}};
-  const auto told = index.lacking("m", at(50, 50, 50), 1, held, kPlenty);
+  const auto told = lacking(index, at(50, 50, 50), 1, held);
   ASSERT_EQ(told.size(), 1u) << "however far away";
   EXPECT_EQ(told[0].key.x, 1);
   EXPECT_TRUE(told[0].surfels.empty());
   EXPECT_EQ(told[0].revision, 2u);
   const std::vector<HeldTile> knows = {{{"m", 0, 0, 0}, 1}, {{"m", 1, 0, 0}, 2}};
-  EXPECT_TRUE(index.lacking("m", at(50, 50, 50), 1, knows, kPlenty).empty()) << "who names the removal knows it";
-  EXPECT_TRUE(index.lacking("m", at(0.5, 0, 0), 3, std::vector<HeldTile>{held[0]}, kPlenty).empty())
+  EXPECT_TRUE(lacking(index, at(50, 50, 50), 1, knows).empty()) << "who names the removal knows it";
+  EXPECT_TRUE(lacking(index, at(0.5, 0, 0), 3, std::vector<HeldTile>{held[0]}).empty())
       << "who never held it need not know";
   EXPECT_EQ(index.update("m", {tileAt(0, 0, 0, 5), tileAt(1, 0, 0, 5)}), 1u) << "and it may come back";
 }
@@ -58,7 +69,7 @@ TEST(TileIndex, aTileThatGoesIsToldToThoseWhoHoldIt) {
 TEST(TileIndex, whatIsAheadComesBeforeWhatIsBehind) {
   TileIndex index;
   index.update("m", {tileAt(0, 0, 5, 5), tileAt(0, 0, -4, 5), tileAt(0, 0, -2, 5), tileAt(0, 0, 12, 5)});
-  const auto sent = index.lacking("m", at(0.25, 0.25, 0.25), 20, {}, kPlenty);
+  const auto sent = lacking(index, at(0.25, 0.25, 0.25), 20, {});
   ASSERT_EQ(sent.size(), 4u);
   EXPECT_EQ(sent[0].key.z, -2) << "1 m behind, before 2.5 m ahead";
   EXPECT_EQ(sent[1].key.z, 5);
@@ -66,23 +77,69 @@ TEST(TileIndex, whatIsAheadComesBeforeWhatIsBehind) {
   EXPECT_EQ(sent[3].key.z, 12);
 }
 
-TEST(TileIndex, nearestFirstWithinRadiusAndBudget) {
+TEST(TileIndex, nearestFirstWithinRadius) {
   TileIndex index;
   std::vector<Tile> tiles;
   for (int x = 0; x < 20; ++x) tiles.push_back(tileAt(x, 0, 0, 100));
   index.update("m", tiles);
   const Eigen::Vector3d here(2.6, 0.25, 0.25);  // in tile 5
-  const auto all = index.lacking("m", at(here), 2.0, {}, kPlenty);
+  const auto all = lacking(index, at(here), 2.0, {});
   ASSERT_GE(all.size(), 7u);
   EXPECT_EQ(all[0].key.x, 5);
   for (size_t i = 1; i < all.size(); ++i) {
     EXPECT_LE(std::abs(all[i - 1].key.x + 0.5 - 5.2), std::abs(all[i].key.x + 0.5 - 5.2) + 1e-9);
   }
   for (const Tile& tile : all) EXPECT_LE(tile.key.x, 9) << "tile 9 begins 1.9 m away, tile 10 2.4 m";
-  const auto some = index.lacking("m", at(here), 2.0, {}, 5000);
-  EXPECT_EQ(some.size(), 3u);
-  EXPECT_EQ(some, std::vector<Tile>(all.begin(), all.begin() + 3));
-  EXPECT_EQ(index.lacking("m", at(here), 2.0, {}, 0).size(), 1u) << "a small budget must not starve a robot for ever";
+}
+
+TEST(TileIndex, NewsDoNotWaitForAllThatIsNearAndWhatIsNearDoesNotWaitForNews) {
+  TileIndex index;
+  std::vector<Tile> tiles, far;
+  for (int x = 0; x < 400; ++x) tiles.push_back(tileAt(x, 0, 0, 5));
+  index.update("m", tiles);
+  for (int x = 300; x < 400; ++x) far.push_back(tileAt(x, 0, 0, 5, 9));
+  EXPECT_EQ(index.change("m", far), 100u);
+  const auto sent = lacking(index, at(0, 0, 0), 1000, {});
+  ASSERT_EQ(sent.size(), 400u);
+  size_t news = 0, near = 0;
+  for (size_t i = 0; i < 80; ++i) (sent[i].revision == 2 ? news : near) += 1;
+  EXPECT_EQ(news, 20u);
+  EXPECT_EQ(near, 60u);
+  EXPECT_EQ(sent[0].key.x, 0);
+  EXPECT_EQ(sent[1].key.x, 300) << "of the news the nearest first";
+}
+
+// Near the robot as much changes at any time as there is room for.
+TEST(TileIndex, WhatIsFarDoesNotWaitForEver) {
+  TileIndex index;
+  index.update("m", {tileAt(200, 0, 0, 5), tileAt(-200, 0, 0, 5)});
+  std::map<TileKey, uint64_t> cache = {{{"m", 200, 0, 0}, 0}};  // held in an old revision; the other never was
+  for (int round = 0; cache.size() < 22 || cache.at({"m", 200, 0, 0}) == 0; ++round) {
+    ASSERT_LT(round, 40);
+    std::vector<Tile> near;
+    for (int x = 0; x < 20; ++x) near.push_back(tileAt(x, 0, 0, 5, static_cast<uint8_t>(round)));
+    ASSERT_EQ(index.change("m", near), 20u);
+    std::vector<HeldTile> held;
+    for (const auto& [key, revision] : cache) held.push_back({key, revision});
+    const auto sent = lacking(index, at(0, 0, 0), 1000, held);
+    for (size_t i = 0; i < 10; ++i) cache[sent[i].key] = sent[i].revision;
+  }
+}
+
+TEST(TileIndex, AChangeOfSomeTilesLeavesTheOthers) {
+  TileIndex index;
+  index.update("m", {tileAt(0, 0, 0, 5), tileAt(1, 0, 0, 5), tileAt(2, 0, 0, 5)});
+  index.update("n", {tileAt(0, 0, 0, 5)});
+  EXPECT_EQ(index.change("m", {tileAt(0, 0, 0, 5), tileAt(9, 0, 0, 0)}), 0u) << "as it was, and one that never was";
+  EXPECT_EQ(index.revision(), 2u);
+  EXPECT_EQ(index.change("m", {tileAt(0, 0, 0, 5, 1), tileAt(1, 0, 0, 0)}), 2u);
+  const auto tiles = index.tiles("m");
+  ASSERT_EQ(tiles.size(), 2u);
+  EXPECT_EQ(tiles[0].revision, 3u);
+  EXPECT_EQ(tiles[1].key.x, 2);
+  EXPECT_EQ(tiles[1].revision, 1u);
+  EXPECT_EQ(index.tiles("n").size(), 1u);
+  EXPECT_EQ(std::ranges::distance(index.of("m")), 3) << "the removal too";
 }
 
 TEST(TileIndex, aDroppedMapLeavesNothingButWhatIsHeldIsWithdrawn) {
@@ -92,8 +149,8 @@ TEST(TileIndex, aDroppedMapLeavesNothingButWhatIsHeldIsWithdrawn) {
   index.drop("m");
   EXPECT_TRUE(index.tiles("m").empty());
   EXPECT_EQ(index.tiles("other").size(), 1u);
-  EXPECT_TRUE(index.lacking("m", at(0, 0, 0), 9, {}, kPlenty).empty());
-  const auto told = index.lacking("m", at(0, 0, 0), 9, std::vector<HeldTile>{{{"m", 0, 0, 0}, 1}}, kPlenty);
+  EXPECT_TRUE(lacking(index, at(0, 0, 0), 9, {}).empty());
+  const auto told = lacking(index, at(0, 0, 0), 9, std::vector<HeldTile>{{{"m", 0, 0, 0}, 1}});
   ASSERT_EQ(told.size(), 1u);
   EXPECT_TRUE(told[0].surfels.empty());
   index.update("m", {tileAt(0, 0, 0, 5)});
@@ -119,9 +176,10 @@ TEST(TileIndex, aRobotThatAppliesWhatItIsSentEndsWithTheMap) {
       ASSERT_LT(messages, 1000) << "never done";
       std::vector<HeldTile> held;
       for (const auto& [key, tile] : cache) held.push_back({key, tile.revision});
-      const auto sent = index.lacking("m", Pose(), 100, held, 20000);
+      const auto sent = lacking(index, Pose(), 100, held);
       if (sent.empty()) break;
-      for (const Tile& tile : sent) {
+      for (size_t i = 0; i < std::min<size_t>(sent.size(), 7); ++i) {  // a budget
+        const Tile& tile = sent[i];
         if (tile.surfels.empty()) {
           EXPECT_EQ(cache.erase(tile.key), 1u);
         } else {
@@ -145,12 +203,12 @@ TEST(TileIndex, ATileOfPlacesAloneIsNotARemoval) {
   EXPECT_EQ(index.update("m", {tile}), 0u) << "nothing has changed";
   EXPECT_TRUE(index.holds("m"));
   EXPECT_FALSE(index.holds("l"));
-  const auto sent = index.lacking("m", at(0, 0, 0), 5, {}, 1 << 20);
+  const auto sent = lacking(index, at(0, 0, 0), 5, {});
   ASSERT_EQ(sent.size(), 1u);
   EXPECT_FALSE(sent[0].empty());
   EXPECT_EQ(index.update("m", {}), 1u);
   const std::vector<HeldTile> held{{tile.key, sent[0].revision}};
-  const auto removed = index.lacking("m", at(0, 0, 0), 5, held, 1 << 20);
+  const auto removed = lacking(index, at(0, 0, 0), 5, held);
   ASSERT_EQ(removed.size(), 1u);
   EXPECT_TRUE(removed[0].empty());
 }
