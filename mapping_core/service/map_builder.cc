@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "protocol/codec/keyframe_codec.h"
+#include "protocol/telemetry/stage_clock.h"
 
 namespace comap {
 MapBuilder::MapBuilder(gpu::Device& device, MapStore& store, const MapBuilderOptions& options)
@@ -20,32 +21,33 @@ MapBuilder::MapBuilder(gpu::Device& device, MapStore& store, const MapBuilderOpt
 
 Result<MapChange> MapBuilder::addKeyframe(const Keyframe& keyframe, uint32_t robot_index, Pace pace) {
   if (auto fused = catchUp(surfels_.waiting()); !fused) return fused.error();
-  // What a keyframe causes is stored as a whole: after a sudden end it is either mapped or still to be mapped.
-  auto transaction = store_.begin();
+  // What a keyframe causes is stored as a whole: after a sudden end it is either mapped or still to be mapped. So
+  // nobody has to wait for the disk; the keyframe itself is on it.
+  auto transaction = store_.begin(Durable::kWithNext);
   if (!transaction) return transaction.error();
   MapChange change;
   if (std::exchange(recast_due_, false))
     if (auto cast = castAll(change); !cast) return cast.error();
   if (auto placed = place(keyframe, robot_index); !placed) return placed.error();
-  shelf_.put(keyframe);
+  {
+    const StageSpan span("view");
+    shelf_.put(keyframe);
+  }
   // Matching comes before fusion, so that a loop is verified against what was there before this keyframe.
   const auto verdicts = match(keyframe, pace);
   if (!verdicts) return verdicts.error();
   const KeyframeId placed_in = components_.anchorOf(keyframe.id);
   const FusionDetail detail = pace == Pace::kHasty ? FusionDetail::kHalf : FusionDetail::kFull;
   if (auto fused = surfels_.fuse(keyframe, placed_in, T_map_cam_.at(keyframe.id), detail); !fused) return fused.error();
-  if (options_.live_ties > 0) {
-    auto members = sketchesOf(placed_in);
-    if (!members) return members.error();
-    indexTies();
-    if (auto tied = tie(keyframe.id, options_.live_ties, *members); !tied) return tied.error();
-  }
+  if (pace == Pace::kThorough)
+    if (auto tied = tieLive(keyframe.id); !tied) return tied.error();
   if (!search_.add(keyframe.id, keyframe.fern_code))
     return Error{ErrorCode::kBadData, "keyframe " + toString(keyframe.id) + ": fern code is of another book"};
   if (auto taken = take(*verdicts, change); !taken) return taken.error();
   if (auto judged = judgeMerges(keyframe.id, change); !judged) return judged.error();
   const KeyframeId anchor = components_.anchorOf(keyframe.id);
   change.map = mapIdOf(anchor);
+  const StageSpan span("store");
   if (auto stored = storeChanged(keyframe.id, change); !stored) return stored.error();
   if (auto committed = transaction->commit(); !committed) return committed.error();
   return change;

@@ -27,7 +27,7 @@
 namespace comap {
 
 /// What a keyframe is worth when many wait. Hasty: it is fused in half detail, which rebuild() makes up for, and only
-/// other maps are searched for its place; its own map by askNext().
+/// other maps are searched for its place; its own map by askNext(), which also ties it there.
 enum class Pace : uint8_t { kThorough, kHasty };
 
 struct MapBuilderOptions {
@@ -77,10 +77,10 @@ class MapBuilder {
   /// Takes in one keyframe. `robot_index` = position of its robot in order of first arrival.
   Result<MapChange> addKeyframe(const Keyframe& keyframe, uint32_t robot_index, Pace pace = Pace::kThorough);
 
-  /// Whether addKeyframe() in a hurry has put off questions.
+  /// Whether addKeyframe() in a hurry has put off ties and questions.
   bool hasUnasked() const { return !unasked_.empty(); }
-  /// Asks what one keyframe, the oldest, was not asked in a hurry: only keyframes that came before it, as it would have
-  /// been then. Questions that a core has put off are lost if it is killed.
+  /// Ties one keyframe, the oldest, that was not tied in a hurry, and asks what it was not asked: only keyframes that
+  /// came before it, as it would have been then. What a core has put off is lost if it is killed; refine() ties all.
   Result<MapChange> askNext();
 
   /// Takes a merge back: its closures are withdrawn, and with them every edge that ties what it had tied; the maps
@@ -169,6 +169,7 @@ class MapBuilder {
   Result<void> watchStanding();
   Result<void> refreshWatch();
 
+  Result<void> tieLive(const KeyframeId& id);
   Result<void> tie(const KeyframeId& id, size_t most, std::span<const PlacedSketch> members);
   void indexTies();
   Result<void> tieAnew(const KeyframeId& from, const KeyframeId& to);

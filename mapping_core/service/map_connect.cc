@@ -5,6 +5,7 @@
 #include "mapping_core/merge/map_merger.h"
 #include "mapping_core/service/map_builder.h"
 #include "mapping_core/service/merge_decision.h"
+#include "protocol/telemetry/stage_clock.h"
 
 namespace comap {
 namespace {
@@ -77,6 +78,7 @@ Result<void> MapBuilder::propose(const MatchVerdict& verdict, MapChange& change)
   const Together together = [this](const auto& a, const auto& b) { return components_.together(a, b); };
   const auto agreed = votes_.cast(closureOf(verdict), together, T_map_cam_);
   if (!agreed) return {};
+  std::optional<StageSpan> weighing(std::in_place, "weigh");
   const auto contradicted = weighMerge(*agreed);
   if (!contradicted) return contradicted.error();
   if (*contradicted > 0) {
@@ -103,6 +105,8 @@ Result<void> MapBuilder::propose(const MatchVerdict& verdict, MapChange& change)
     change.verdicts.push_back(refusal);
     return store_.addVerdict(refusal);
   }
+  weighing.reset();
+  const StageSpan joining("join");
   auto record = merge(*agreed);
   if (!record) return record.error();
   change.merges.push_back(*record);

@@ -89,11 +89,12 @@ Result<MapChange> MapBuilder::askNext() {
   MapChange change;
   if (unasked_.empty()) return change;
   if (auto fused = catchUp(surfels_.waiting()); !fused) return fused.error();
-  auto transaction = store_.begin();
+  auto transaction = store_.begin(Durable::kWithNext);
   if (!transaction) return transaction.error();
   Unasked next = std::move(unasked_.front());
   unasked_.pop_front();
   const KeyframeId& id = next.id;
+  if (auto tied = tieLive(id); !tied) return tied.error();
   const auto candidates = search_.search(id, *search_.code(id), [&](const KeyframeId& other) {
     if (!components_.together(other, id) || index_.at(other) > index_.at(id)) return Kinship::kNone;
     return watch_.inDoubt(other, id) ? Kinship::kForeign : Kinship::kOwn;

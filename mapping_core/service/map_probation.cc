@@ -3,11 +3,13 @@
 
 #include "mapping_core/service/map_builder.h"
 #include "mapping_core/service/merge_decision.h"
+#include "protocol/telemetry/stage_clock.h"
 
 namespace comap {
 
 // Takes the testimony of the newest keyframe, if there is one, and undoes what cannot stand.
 Result<void> MapBuilder::judgeMerges(const std::optional<KeyframeId>& newest, MapChange& change) {
+  const StageSpan span("judge");
   if (newest)
     if (auto heard = watch_.hear(*newest, T_map_cam_); !heard) return heard;
   auto objections = watch_.objections(T_map_cam_);

@@ -6,6 +6,14 @@
 
 namespace comap {
 
+Result<void> MapBuilder::tieLive(const KeyframeId& id) {
+  if (options_.live_ties == 0) return {};
+  auto members = sketchesOf(components_.anchorOf(id));
+  if (!members) return members.error();
+  indexTies();
+  return tie(id, options_.live_ties, *members);
+}
+
 Result<void> MapBuilder::tie(const KeyframeId& id, size_t most, std::span<const PlacedSketch> members) {
   const StageSpan span("tie");
   const auto sketch =

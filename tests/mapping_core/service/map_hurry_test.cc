@@ -32,12 +32,20 @@ class MapHurry : public StoreTest {
   }
 };
 
-TEST_F(MapHurry, LoopsAreLookedForLaterAmongWhatWasThere) {
+TEST_F(MapHurry, TiesAndLoopsAreLookedForLaterAmongWhatWasThere) {
   COMAP_DEVICE_OR_SKIP(device);
   auto store = create();
   ASSERT_TRUE(store);
-  MapBuilder builder(device, *store, roomOptions());
+  MapBuilderOptions options = roomOptions();
+  options.live_ties = 3;
+  MapBuilder builder(device, *store, options);
   EXPECT_TRUE(mapHastily(builder, *store, "a").empty()) << "there is no other map";
+  const auto countOf = [&](EdgeKind kind) {
+    const auto edges = store->edges();
+    EXPECT_TRUE(edges);
+    return std::count_if(edges->begin(), edges->end(), [&](const Edge& edge) { return edge.kind == kind; });
+  };
+  EXPECT_EQ(countOf(EdgeKind::kCovisibility), 0);
   size_t asked = 0, loops = 0;
   for (; builder.hasUnasked() && asked < 100; ++asked) {
     const auto change = builder.askNext();
@@ -49,10 +57,8 @@ TEST_F(MapHurry, LoopsAreLookedForLaterAmongWhatWasThere) {
   }
   EXPECT_EQ(asked, 5u);
   EXPECT_GT(loops, 0u);
-  const auto edges = store->edges();
-  ASSERT_TRUE(edges);
-  const auto isLoop = [](const Edge& edge) { return edge.kind == EdgeKind::kLoop; };
-  EXPECT_EQ(std::count_if(edges->begin(), edges->end(), isLoop), static_cast<long>(loops));
+  EXPECT_EQ(countOf(EdgeKind::kLoop), static_cast<long>(loops));
+  EXPECT_GT(countOf(EdgeKind::kCovisibility), 0) << "ties are made up for, too";
   const auto nothing = builder.askNext();
   ASSERT_TRUE(nothing);
   EXPECT_TRUE(nothing->verdicts.empty());
