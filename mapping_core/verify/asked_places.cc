@@ -1,5 +1,7 @@
 #include "mapping_core/verify/asked_places.h"
 
+#include <utility>
+
 namespace comap {
 
 bool AskedPlaces::samePlace(const Pose& T_map_a, const Pose& T_map_b) const {
@@ -9,9 +11,10 @@ bool AskedPlaces::samePlace(const Pose& T_map_a, const Pose& T_map_b) const {
 
 std::vector<KeyframeId> AskedPlaces::refusedBefore(const Keyframe& keyframe,
                                                    const std::map<KeyframeId, Pose>& T_map_cam) const {
-  const auto last = last_.find({keyframe.id.robot, keyframe.id.session});
-  const bool before = last != last_.end() && keyframe.linked && last->second.sequence == keyframe.linked_to &&
-                      samePlace(Pose(), keyframe.T_link_this);
+  const auto last = last_.find(keyframe.id.robot);
+  const KeyframeId linked_to{keyframe.id.robot, keyframe.id.session, keyframe.linked_to};
+  const bool before =
+      last != last_.end() && keyframe.linked && last->second.id == linked_to && samePlace(Pose(), keyframe.T_link_this);
   if (!before) return {};
   std::vector<KeyframeId> refused;
   for (const KeyframeId& id : last->second.refused)
@@ -20,7 +23,7 @@ std::vector<KeyframeId> AskedPlaces::refusedBefore(const Keyframe& keyframe,
 }
 
 void AskedPlaces::note(const KeyframeId& query, std::vector<KeyframeId> refused) {
-  last_[{query.robot, query.session}] = {query.sequence, std::move(refused)};
+  last_[query.robot] = {query, std::move(refused)};
 }
 
 }  // namespace comap

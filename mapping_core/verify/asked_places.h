@@ -4,7 +4,6 @@
 
 #include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "protocol/types/keyframe.h"
@@ -28,16 +27,16 @@ class AskedPlaces {
   /// The candidates that the keyframe before this one was refused, if it stood at the same place; those among them that
   /// `T_map_cam` knows. A keyframe that was not asked about a place says nothing of it, so at least every second is.
   std::vector<KeyframeId> refusedBefore(const Keyframe& keyframe, const std::map<KeyframeId, Pose>& T_map_cam) const;
-  /// What a query was refused: forgets what its robot's queries were refused before.
+  /// What a query was refused: forgets what its robot's queries were refused before, also in an earlier session.
   void note(const KeyframeId& query, std::vector<KeyframeId> refused);
 
  private:
   struct Query {
-    uint32_t sequence = 0;
+    KeyframeId id;
     std::vector<KeyframeId> refused;
   };
   AskedPlacesOptions options_;
-  std::map<std::pair<std::string, uint64_t>, Query> last_;  // by robot and session
+  std::map<std::string, Query> last_;  // by robot
 };
 
 }  // namespace comap

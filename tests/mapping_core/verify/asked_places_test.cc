@@ -43,6 +43,19 @@ TEST(AskedPlaces, TheKeyframeBeforeSpeaksForOneThatStandsThere) {
   EXPECT_TRUE(asked.refusedBefore(unlinked, known).empty());
 }
 
+TEST(AskedPlaces, ARobotsNextSessionTakesThePlaceOfTheLast) {
+  AskedPlaces asked({});
+  const std::map<KeyframeId, Pose> known = {{kOne, at(0)}, {kOther, at(5)}};
+  asked.note({"a", 1, 4}, {kOne});
+  asked.note({"c", 1, 4}, {kOne});
+  asked.note({"a", 2, 4}, {kOther});
+  EXPECT_TRUE(asked.refusedBefore(after(5, at(0.2)), known).empty());
+  EXPECT_EQ(asked.refusedBefore(after(5, at(0.2), 2), known), std::vector{kOther});
+  Keyframe of_another = after(5, at(0.2));
+  of_another.id = {"c", 1, 5};
+  EXPECT_EQ(asked.refusedBefore(of_another, known), std::vector{kOne});
+}
+
 TEST(AskedPlaces, WhatWasNotAskedIsAskedNext) {
   AskedPlaces asked({});
   const std::map<KeyframeId, Pose> known = {{kOne, at(0)}};
