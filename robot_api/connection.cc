@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -11,6 +10,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "protocol/types/local_socket.h"
 #include "robot_api/comap_robot.h"
 
 namespace comap::robot_api {
@@ -29,16 +29,13 @@ static_assert(kUnreachable == COMAP_ROBOT_UNREACHABLE && kBadData == COMAP_ROBOT
 std::optional<Failure> Connection::open(const std::string& path, Clock::time_point until) {
   close();
   path_ = path;
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  if (path.empty() || path.size() >= sizeof address.sun_path)
+  if (path.empty() || path.size() > kMostSocketPathBytes)
     return Failure{COMAP_ROBOT_WRONG_USE, "the path of the agent's socket has " + std::to_string(path.size()) +
-                                              " bytes; 1 to " + std::to_string(sizeof address.sun_path - 1) +
+                                              " bytes; 1 to " + std::to_string(kMostSocketPathBytes) +
                                               " are expected"};
-  std::copy(path.begin(), path.end(), address.sun_path);
   fd_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd_ < 0) return Failure{COMAP_ROBOT_UNREACHABLE, path + ": no socket: " + nameOf(errno)};
-  while (::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+  while (connectSocket(fd_, path) != 0) {
     const int problem = errno;
     if (problem == EINTR) continue;
     if (problem != EAGAIN)  // the agent's queue of those who knock is full

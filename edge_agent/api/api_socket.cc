@@ -2,13 +2,13 @@
 
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <utility>
+
+#include "protocol/types/local_socket.h"
 
 namespace comap {
 namespace {
@@ -21,13 +21,6 @@ Error problem(const std::string& path, const std::string& what) {
 
 int newSocket() { return ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0); }
 
-sockaddr_un addressOf(const std::string& path) {
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  std::copy(path.begin(), path.end(), address.sun_path);
-  return address;
-}
-
 // A socket that nobody listens at has been left by an agent that was killed: it may go.
 Result<void> checkFree(const std::string& path) {
   struct stat there {};
@@ -38,9 +31,7 @@ Result<void> checkFree(const std::string& path) {
   if (!S_ISSOCK(there.st_mode)) return problem(path, "is there already and no socket");
   const int fd = newSocket();
   if (fd < 0) return problem(path, std::strerror(errno));
-  const sockaddr_un address = addressOf(path);
-  const bool answered = ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 ||
-                        errno == EAGAIN;  // its queue is full
+  const bool answered = connectSocket(fd, path) == 0 || errno == EAGAIN;  // its queue is full
   const int why = errno;
   ::close(fd);
   if (answered) return problem(path, "another agent listens there");
@@ -53,9 +44,9 @@ Result<void> checkFree(const std::string& path) {
 Result<ApiSocket> ApiSocket::listen(const ApiOptions& options) {
   const std::string& path = options.socket;
   const std::string early = path + "~";
-  if (path.empty() || early.size() >= sizeof(sockaddr_un::sun_path))
+  if (path.empty() || early.size() > kMostSocketPathBytes)
     return Error{ErrorCode::kWrongUse, "api.socket has " + std::to_string(path.size()) + " bytes; 1 to " +
-                                           std::to_string(sizeof(sockaddr_un::sun_path) - 2) + " are expected"};
+                                           std::to_string(kMostSocketPathBytes - 1) + " are expected"};
   for (const std::string& name : {path, early})
     if (auto checked = checkFree(name); !checked) return checked.error();
   ::unlink(early.c_str());
@@ -63,10 +54,8 @@ Result<ApiSocket> ApiSocket::listen(const ApiOptions& options) {
   if (fd < 0) return problem(path, std::strerror(errno));
   // From its first moment nobody else may open it; the umask only takes away.
   const mode_t mode = options.group ? 0660 : 0600;
-  const sockaddr_un address = addressOf(early);
   struct stat made {};
-  const bool bound =
-      ::fchmod(fd, mode) == 0 && ::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  const bool bound = ::fchmod(fd, mode) == 0 && bindSocket(fd, early) == 0;
   if (bound && ::chmod(early.c_str(), mode) == 0 && ::listen(fd, kKnocking) == 0 &&
       ::lstat(early.c_str(), &made) == 0 && ::rename(early.c_str(), path.c_str()) == 0)
     return ApiSocket(fd, path, made.st_dev, made.st_ino);

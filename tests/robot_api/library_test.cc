@@ -1,7 +1,6 @@
 // What stays the same for programs that were built against an older libcomap_robot.so.1, and wrong use of it.
 #include <gtest/gtest.h>
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <array>
@@ -11,6 +10,7 @@
 #include <string>
 #include <thread>
 
+#include "protocol/types/local_socket.h"
 #include "robot_api/comap_robot.h"
 #include "robot_api/comap_robot.hpp"
 #include "tests/files/temporary_folder.h"
@@ -105,11 +105,8 @@ TEST(RobotLibrary, NoAgentIsUnreachable) {
 class Stranger {
  public:
   explicit Stranger(const std::string& path, const std::string& words) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    std::copy(path.begin(), path.end(), address.sun_path);
     listener_ = socket(AF_UNIX, SOCK_STREAM, 0);
-    EXPECT_EQ(bind(listener_, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    EXPECT_EQ(comap::bindSocket(listener_, path), 0);
     EXPECT_EQ(listen(listener_, 1), 0);
     thread_ = std::thread([this, words] {
       peer_ = accept(listener_, nullptr, nullptr);

@@ -4,12 +4,12 @@
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <cstring>
 #include <fstream>
 
+#include "protocol/types/local_socket.h"
 #include "protocol/types/tile_quantisation.h"
 #include "robot_api/comap_robot.hpp"
 #include "tests/files/temporary_folder.h"
@@ -70,11 +70,8 @@ class ApiServerTest : public testing::Test {
   TemporaryFolder folder_;
   // A program that speaks for itself.
   int connected() const {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    std::copy(path_.begin(), path_.end(), address.sun_path);
     const int fd = socket(AF_UNIX, SOCK_STREAM, 0);
-    EXPECT_EQ(connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    EXPECT_EQ(connectSocket(fd, path_), 0);
     return fd;
   }
   const std::string path_ = folder_.path("api");
@@ -316,11 +313,8 @@ TEST_F(ApiServerTest, WhatIsAtItsPathAlreadyIsLeftUnlessItIsADeadSocket) {
   server_.reset();
 
   // As an agent that was killed leaves it.
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  std::copy(path_.begin(), path_.end(), address.sun_path);
   const int dead = socket(AF_UNIX, SOCK_STREAM, 0);
-  ASSERT_EQ(bind(dead, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  ASSERT_EQ(bindSocket(dead, path_), 0);
   close(dead);
   start();
   EXPECT_NO_THROW(Robot{path_});
