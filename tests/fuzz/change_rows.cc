@@ -4,8 +4,10 @@
 #include <zlib.h>
 
 #include <limits>
+#include <span>
 #include <vector>
 
+#include "protocol/types/fnv1a.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace comap::fuzz {
@@ -18,6 +20,16 @@ struct Column {
 void checksum(sqlite3_context* context, int, sqlite3_value** values) {
   const auto* bytes = static_cast<const Bytef*>(sqlite3_value_blob(values[0]));
   sqlite3_result_int64(context, static_cast<int64_t>(crc32_z(0, bytes, size_t(sqlite3_value_bytes(values[0])))));
+}
+
+// As a robot's tile store forms it, of x, y, z, revision and content.
+void tileChecksum(sqlite3_context* context, int, sqlite3_value** values) {
+  Fnv1a hash;
+  for (int i = 0; i < 3; ++i) hash.add(static_cast<uint32_t>(sqlite3_value_int64(values[i])));
+  hash.add(static_cast<uint64_t>(sqlite3_value_int64(values[3])));
+  const auto* bytes = static_cast<const uint8_t*>(sqlite3_value_blob(values[4]));
+  hash.addAll(std::span(bytes, static_cast<size_t>(sqlite3_value_bytes(values[4]))));
+  sqlite3_result_int64(context, static_cast<int64_t>(hash.value()));
 }
 
 std::vector<Column> columnsOf(sqlite3* database) {
@@ -73,6 +85,7 @@ void changeRows(const std::string& path, FuzzedDataProvider& bytes) {
   require(sqlite3_open(path.c_str(), &database) == SQLITE_OK, "a database that was just made can be opened");
   sqlite3_exec(database, "PRAGMA synchronous = OFF; PRAGMA ignore_check_constraints = ON", nullptr, nullptr, nullptr);
   sqlite3_create_function(database, "checksum", 1, SQLITE_UTF8, nullptr, checksum, nullptr, nullptr);
+  sqlite3_create_function(database, "tile_checksum", 5, SQLITE_UTF8, nullptr, tileChecksum, nullptr, nullptr);
   const std::vector<Column> columns = columnsOf(database);
   require(!columns.empty(), "a database has columns");
   sqlite3_exec(database, "BEGIN", nullptr, nullptr, nullptr);
@@ -94,7 +107,8 @@ void changeRows(const std::string& path, FuzzedDataProvider& bytes) {
          {"UPDATE keyframes SET (bytes, crc32) = (SELECT length(encoded), checksum(encoded) FROM keyframe_messages "
           "WHERE keyframe = arrival)",
           "UPDATE keyframes SET (bytes, crc32) = (SELECT length(encoded), checksum(encoded) FROM messages m "
-          "WHERE m.session = keyframes.session AND m.sequence = keyframes.sequence)"})
+          "WHERE m.session = keyframes.session AND m.sequence = keyframes.sequence)",
+          "UPDATE tile SET checksum = tile_checksum(x, y, z, revision, content)"})
       sqlite3_exec(database, sql, nullptr, nullptr, nullptr);  // one of them, of this kind of file
   }
   sqlite3_exec(database, "COMMIT", nullptr, nullptr, nullptr);

@@ -1,7 +1,9 @@
 #include "tests/fuzz/sample_files.h"
 
+#include "edge_agent/map_cache/tile_store.h"
 #include "edge_agent/uplink/outbox.h"
 #include "mapping_core/store/map_store.h"
+#include "protocol/codec/codec.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/protocol/codec/samples.h"
 
@@ -73,6 +75,28 @@ std::string writeSampleOutbox(const std::string& path) {
     row.T_odom_cam = keyframe.T_odom_cam;
     row.link = {keyframe.linked, keyframe.linked_to, keyframe.T_link_this, keyframe.information};
     require(bool(outbox->add(row, sampleMessage(keyframe))), "an outbox can be filled");
+  }
+  return path;
+}
+
+Tile sampleTile(const MapId& map, int x) {
+  samples::Random random(static_cast<unsigned>(x) + 40);
+  Tile tile = samples::tile(random, 12);
+  tile.key = {map, x, 0, 0};
+  return tile;
+}
+
+std::string writeSampleTileStore(const std::string& path) {
+  auto store = TileStore::open(path, 1 << 20);
+  require(bool(store), "a store of tiles can be made");
+  for (const char* map : {"m", "n"}) {
+    std::vector<TileStore::Change> changes;
+    for (int x = 0; x < 3; ++x) {
+      const Tile tile = sampleTile(map, x);
+      changes.push_back({tile.key, tile.revision, *encodeTile(tile)});
+    }
+    require(bool(store->write(map, changes, Eigen::Vector3d::Zero())) && bool(store->revisions(map)),
+            "a store of tiles can be filled");
   }
   return path;
 }

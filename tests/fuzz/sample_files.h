@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "protocol/types/keyframe.h"
+#include "protocol/types/tile.h"
 
 namespace comap::fuzz {
 
@@ -20,6 +21,9 @@ std::vector<uint8_t> sampleMessage(const Keyframe& keyframe);
 std::string writeSampleStore(const std::string& path);
 /// An outbox of three keyframes. Returns `path`.
 std::string writeSampleOutbox(const std::string& path);
+/// What a robot keeps of two maps, "m" and "n". Returns `path`.
+std::string writeSampleTileStore(const std::string& path);
+Tile sampleTile(const MapId& map, int x);
 
 std::string readFile(const std::string& path);
 inline std::span<const uint8_t> bytesOf(const std::string& text) {

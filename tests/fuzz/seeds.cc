@@ -234,7 +234,7 @@ void addKeys(const Seeds& seeds) {
 
 void addRows(const Seeds& seeds) {
   samples::Random random(6);
-  for (const char* target : {"store_rows", "outbox", "store_file"}) {
+  for (const char* target : {"store_rows", "outbox", "store_file", "tile_store"}) {
     for (int i = 0; i < 20; ++i) {
       std::vector<uint8_t> bytes(static_cast<size_t>(samples::uniform(random, 4, 200)));
       for (uint8_t& byte : bytes) byte = static_cast<uint8_t>(random());
