@@ -2,9 +2,16 @@
 
 #include <algorithm>
 #include <cassert>
+#include <functional>
 #include <set>
 
 namespace comap {
+
+size_t ComponentSet::Hash::operator()(const KeyframeId& id) const {
+  constexpr uint64_t kSpread = 0x9e3779b97f4a7c15ull;
+  const uint64_t chain = (std::hash<std::string>()(id.robot) ^ id.session) * kSpread;
+  return (chain ^ chain >> 32 ^ id.sequence) * kSpread;
+}
 
 void ComponentSet::addAlone(const KeyframeId& keyframe) {
   const auto [position, added] = index_.emplace(keyframe, keyframes_.size());

@@ -1,10 +1,10 @@
 // Components: sets of keyframes tied by accepted edges. Each is one map with one frame of reference.
 #pragma once
 
-#include <map>
 #include <optional>
 #include <span>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "mapping_core/graph/edge.h"
@@ -36,7 +36,10 @@ class ComponentSet {
 
  private:
   size_t rootOf(size_t index) const;
-  std::map<KeyframeId, size_t> index_;
+  struct Hash {
+    size_t operator()(const KeyframeId& id) const;
+  };
+  std::unordered_map<KeyframeId, size_t, Hash> index_;
   std::vector<KeyframeId> keyframes_;       // in order of addition
   mutable std::vector<size_t> parent_;      // union-find
   std::vector<KeyframeId> anchor_of_root_;  // valid at roots

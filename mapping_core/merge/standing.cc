@@ -22,28 +22,33 @@ std::map<Sides, std::vector<Edge>> closuresBySides(const std::vector<Edge>& clos
   return by_sides;
 }
 
-}  // namespace
+// Edges by whether both ends are known, and not by value: they are large.
+struct Sorted {
+  std::vector<const Edge*> known;  // in canonical order
+  std::vector<const Edge*> others;
+};
 
-Standing standingOf(std::span<const KeyframeId> keyframes, std::span<const Edge> edges,
-                    std::span<const MergeRecord> merges, size_t votes_needed) {
-  Standing standing;
-  ComponentSet& components = standing.components;
-  for (const KeyframeId& keyframe : keyframes) components.addAlone(keyframe);
-
-  std::vector<Edge> known;
+Sorted sortEdges(std::span<const Edge> edges, const ComponentSet& components) {
+  Sorted sorted;
   for (const Edge& edge : edges) {
     const bool forward = edge.kind != EdgeKind::kOdometry || edge.from < edge.to;  // whatever a damaged store says
     const bool ends_known = components.contains(edge.from) && components.contains(edge.to);
-    (forward && ends_known ? known : standing.apart).push_back(edge);
+    (forward && ends_known ? sorted.known : sorted.others).push_back(&edge);
   }
-  std::sort(known.begin(), known.end(), inCanonicalOrder);
+  std::sort(sorted.known.begin(), sorted.known.end(),
+            [](const Edge* a, const Edge* b) { return inCanonicalOrder(*a, *b); });
+  return sorted;
+}
 
+void join(Shape& shape, const std::vector<const Edge*>& known, std::span<const MergeRecord> merges,
+          size_t votes_needed) {
+  ComponentSet& components = shape.components;
   std::map<uint32_t, std::vector<Edge>> closures_of;
-  for (const Edge& edge : known) {
-    if (edge.kind == EdgeKind::kOdometry)
-      components.join(edge.from, edge.to);
-    else if (edge.merge != 0)
-      closures_of[edge.merge].push_back(edge);
+  for (const Edge* edge : known) {
+    if (edge->kind == EdgeKind::kOdometry)
+      components.join(edge->from, edge->to);
+    else if (edge->merge != 0)
+      closures_of[edge->merge].push_back(*edge);
   }
   for (const MergeRecord& merge : merges) {
     if (!merge.undone.empty()) continue;
@@ -55,16 +60,35 @@ Standing standingOf(std::span<const KeyframeId> keyframes, std::span<const Edge>
     const size_t needed = std::max<size_t>(1, std::min(votes_needed, merge.voters.size()));
     const size_t support = strongest != by_sides.end() ? strongest->second.size() : closures.size();
     if (support < needed) {
-      standing.unsupported.push_back(merge.number);
+      shape.unsupported.push_back(merge.number);
       continue;
     }
     if (strongest == by_sides.end()) continue;  // they lie within one map by now: an edge like others
     components.join(strongest->first.first, strongest->first.second);
-    standing.joins.push_back({merge.number, std::move(strongest->second)});
+    shape.joins.push_back({merge.number, std::move(strongest->second)});
   }
-  for (Edge& edge : known) {
-    const bool holds = components.together(edge.from, edge.to);
-    (holds ? standing.edges : standing.apart).push_back(std::move(edge));
+}
+
+}  // namespace
+
+Shape shapeOf(std::span<const KeyframeId> keyframes, std::span<const Edge> edges, std::span<const MergeRecord> merges,
+              size_t votes_needed) {
+  Shape shape;
+  for (const KeyframeId& keyframe : keyframes) shape.components.addAlone(keyframe);
+  join(shape, sortEdges(edges, shape.components).known, merges, votes_needed);
+  return shape;
+}
+
+Standing standingOf(std::span<const KeyframeId> keyframes, std::span<const Edge> edges,
+                    std::span<const MergeRecord> merges, size_t votes_needed) {
+  Standing standing;
+  for (const KeyframeId& keyframe : keyframes) standing.components.addAlone(keyframe);
+  const Sorted sorted = sortEdges(edges, standing.components);
+  join(standing, sorted.known, merges, votes_needed);
+  for (const Edge* edge : sorted.others) standing.apart.push_back(*edge);
+  for (const Edge* edge : sorted.known) {
+    const bool holds = standing.components.together(edge->from, edge->to);
+    (holds ? standing.edges : standing.apart).push_back(*edge);
   }
   return standing;
 }
@@ -72,13 +96,13 @@ Standing standingOf(std::span<const KeyframeId> keyframes, std::span<const Edge>
 std::optional<std::pair<std::vector<KeyframeId>, std::vector<KeyframeId>>> sidesOf(
     uint32_t merge, std::span<const KeyframeId> keyframes, std::span<const Edge> edges,
     std::span<const MergeRecord> merges, size_t votes_needed) {
-  const Standing with = standingOf(keyframes, edges, merges, votes_needed);
+  const Shape with = shapeOf(keyframes, edges, merges, votes_needed);
   const auto join =
       std::find_if(with.joins.begin(), with.joins.end(), [&](const Join& one) { return one.merge == merge; });
   if (join == with.joins.end()) return std::nullopt;
   std::vector<MergeRecord> others(merges.begin(), merges.end());
   std::erase_if(others, [&](const MergeRecord& one) { return one.number == merge; });
-  const ComponentSet without = standingOf(keyframes, edges, others, votes_needed).components;
+  const ComponentSet without = shapeOf(keyframes, edges, others, votes_needed).components;
   KeyframeId first = without.anchorOf(join->closures.front().from);
   KeyframeId second = without.anchorOf(join->closures.front().to);
   if (first == second) return std::nullopt;

@@ -18,12 +18,16 @@ struct Join {
   std::vector<Edge> closures;  ///< in canonical order
 };
 
-struct Standing {
+/// Which maps there are.
+struct Shape {
   ComponentSet components;
-  std::vector<Edge> edges;            ///< that hold, in canonical order: by later keyframe, earlier keyframe, kind
-  std::vector<Edge> apart;            ///< the others: the maps they tie are not one
   std::vector<Join> joins;            ///< in order of the merges' numbers
   std::vector<uint32_t> unsupported;  ///< merges that were not undone, but too few of whose closures are left
+};
+
+struct Standing : Shape {
+  std::vector<Edge> edges;  ///< that hold, in canonical order: by later keyframe, earlier keyframe, kind
+  std::vector<Edge> apart;  ///< the others: the maps they tie are not one
 };
 
 /// `keyframes` in order of arrival; `edges`: all but those withdrawn; `merges` in order of their numbers, those undone
@@ -32,6 +36,10 @@ struct Standing {
 /// map. An edge of a keyframe that is not among `keyframes` counts as apart.
 Standing standingOf(std::span<const KeyframeId> keyframes, std::span<const Edge> edges,
                     std::span<const MergeRecord> merges, size_t votes_needed);
+
+/// What of it edges without measurements tell: those of odometry, and closures of merges, are enough.
+Shape shapeOf(std::span<const KeyframeId> keyframes, std::span<const Edge> edges, std::span<const MergeRecord> merges,
+              size_t votes_needed);
 
 /// The two maps that there would be without `merge`: the keyframes on its closures' sides, that of the smaller anchor
 /// first. Nothing if the merge does not join anything now, or if its sides would be one map without it.

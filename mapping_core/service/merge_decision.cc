@@ -23,12 +23,12 @@ Result<MergeRecord> recordOf(const std::vector<MergeRecord>& merges, uint32_t nu
 }
 
 // Which maps are one: other edges than these do not decide it.
-Result<Standing> shapeOf(const MapStore& store, std::span<const KeyframeId> keyframes, size_t votes_needed) {
+Result<Shape> shapeOf(const MapStore& store, std::span<const KeyframeId> keyframes, size_t votes_needed) {
   const auto edges = store.shapingEdges();
   if (!edges) return edges.error();
   const auto merges = store.merges();
   if (!merges) return merges.error();
-  return standingOf(keyframes, *edges, *merges, votes_needed);
+  return shapeOf(keyframes, *edges, *merges, votes_needed);
 }
 
 // Withdraws for `merge` what ties keyframes of different maps. Returns the anchors of those maps.
