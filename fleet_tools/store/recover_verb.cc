@@ -69,7 +69,8 @@ Result<StoreSurvey> save(const RecoverArguments& arguments) {
   if (!lock) return lock.error();
   auto survey = [&] {
     Progress progress("reading keyframes");
-    return surveyStore(arguments.damaged, [&](size_t done, size_t all) { progress.show(done, all); });
+    const auto show = [&](size_t done, size_t all) { progress.show(done, all); };
+    return surveyStore(arguments.damaged, show, SurveyDepth::kRows);
   }();
   if (!survey) return survey;
   if (survey->keyframes.empty() && !survey->damage.empty())

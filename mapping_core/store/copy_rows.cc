@@ -27,11 +27,11 @@ Result<std::string> columnsOf(Database& to, const std::string& table) {
   return query->text();
 }
 
-Result<bool> declaredAlike(Database& to, const std::string& table) {
+Result<bool> declaredAlike(Database& to, const std::string& name) {
   auto query =
       to.query("SELECT count(*) FROM main.sqlite_schema JOIN damaged.sqlite_schema USING (name, sql) WHERE name = ?");
   if (!query) return query.error();
-  const auto row = query->bind(table).step();
+  const auto row = query->bind(name).step();
   if (!row) return row.error();
   return query->integer() == 1;
 }
@@ -94,7 +94,8 @@ Result<void> describe(Database& to, Database& from, const StoredKeyframe& keyfra
 }
 
 Result<void> copyKeyframes(Database& to, const StoreSurvey& survey) {
-  const bool all = survey.pages_whole && survey.messages.all() && survey.descriptions.all() && survey.poses.all();
+  const bool all =
+      survey.keyframe_indexes_whole && survey.messages.all() && survey.descriptions.all() && survey.poses.all();
   const std::string there = " AND arrival IN (SELECT keyframe FROM main.keyframe_messages)";
   for (const Source& source : {Source{"keyframe_messages", "keyframe", "", survey.messages, all},
                                Source{"keyframes", "arrival", there, survey.descriptions, all}})
@@ -112,15 +113,27 @@ Result<void> copyKeyframes(Database& to, const StoreSurvey& survey) {
   return {};
 }
 
+// Those for speed that the damaged store has as well: they are then copied with their table.
+Result<void> makeSameIndexes(Database& to) {
+  if (auto made = createIndexes(to); !made) return made;
+  for (const char* name : indexNames()) {
+    const auto alike = declaredAlike(to, name);
+    if (!alike) return alike.error();
+    if (*alike) continue;
+    if (auto dropped = to.execute(std::string("DROP INDEX main.") + name); !dropped) return dropped;
+  }
+  return {};
+}
+
 Result<void> copyTables(Database& to, const StoreSurvey& survey) {
+  if (auto made = makeSameIndexes(to); !made) return made;
   if (auto copied = copyKeyframes(to, survey); !copied) return copied;
   const KeptRows& merges = survey.merge_rows;
   for (const Source& source :
-       {Source{"edges", "number", "", survey.edges, survey.pages_whole && survey.edges.all()},
-        Source{"verdicts", "number", "", survey.verdicts, survey.pages_whole && survey.verdicts.all()},
-        Source{"merges", "number", "", merges, survey.pages_whole && merges.all()},
-        Source{"merge_robots", "merge", "", merges, survey.pages_whole && merges.all()},
-        Source{"merge_voters", "merge", "", merges, survey.pages_whole && merges.all()}})
+       {Source{"edges", "number", "", survey.edges, survey.edge_indexes_whole && survey.edges.all()},
+        Source{"verdicts", "number", "", survey.verdicts, survey.verdict_indexes_whole && survey.verdicts.all()},
+        Source{"merges", "number", "", merges}, Source{"merge_robots", "merge", "", merges},
+        Source{"merge_voters", "merge", "", merges}})
     if (auto copied = copyTable(to, source); !copied) return copied;
   return {};
 }

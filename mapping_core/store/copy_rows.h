@@ -7,7 +7,8 @@
 namespace comap {
 
 /// Makes a store at `path` and copies keyframes, poses, edges, verdicts and merges; of all but keyframes only what
-/// their numbers in the survey are. Indexes for speed are left to whoever opens it. Until it is closed a crash leaves it useless.
+/// their numbers in the survey are. Indexes for speed that the damaged one lacks are left to whoever opens it.
+/// Until it is closed a crash leaves it useless.
 Result<void> copyWholeRows(const StoreSurvey& survey, const std::string& path);
 
 }  // namespace comap

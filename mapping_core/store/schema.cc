@@ -99,6 +99,8 @@ constexpr const char* kIndexes[] = {
     "CREATE INDEX IF NOT EXISTS main.edges_of_merges ON edges (merge) WHERE merge <> 0",
 };
 
+constexpr const char* kIndexNames[] = {"edges_withdrawn_by_kind", "edges_of_merges"};
+
 std::string tables() {
   std::string information;
   for (int row = 0; row < 6; ++row) {
@@ -140,6 +142,8 @@ Result<void> createIndexes(Database& database) {
     if (Result<void> made = database.execute(sql); !made) return made;
   return {};
 }
+
+std::span<const char* const> indexNames() { return kIndexNames; }
 
 Result<bool> checkSchema(Database& database) {
   const Result<int64_t> tables = database.integer("SELECT count(*) FROM sqlite_schema");

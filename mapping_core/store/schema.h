@@ -17,6 +17,8 @@ Result<void> createSchema(Database& database);
 /// Makes those indexes that are missing: for speed alone, no part of the version. Stores of earlier releases have none
 /// until a program opens them to write.
 Result<void> createIndexes(Database& database);
+/// Their names.
+std::span<const char* const> indexNames();
 
 /// kBadData, with what was found and expected, if it is another application's database or of a version that this
 /// program cannot read. Returns false if the database is empty.

@@ -31,15 +31,22 @@ struct StoreSurvey {
   size_t tiles = 0;
   size_t lost_keyframes = 0;  ///< as far as can be told
 
-  bool pages_whole = false;          ///< SQLite's own check found nothing: indexes are what the tables say
+  /// Whether the indexes of these tables are what the tables say.
+  bool keyframe_indexes_whole = false, edge_indexes_whole = false, verdict_indexes_whole = false;
   std::vector<std::string> damage;   ///< a sentence each; empty: the store is whole
   std::vector<std::string> remarks;  ///< what is no damage, but worth knowing, such as gaps in the sequences
+};
+
+enum class SurveyDepth {
+  kRows,   ///< every row, and each index of a large table against its rows: all that saveWhole() needs
+  kPages,  ///< and what SQLite's own check finds, that no row need suffer from; it takes about as long
 };
 
 /// Reads only, all as it was at one moment, though a core may write meanwhile. kUnreachable or kBadData if the file is
 /// no store, or so damaged that nothing of it can be told. `progress` (may be empty) hears (done, all) keyframes as
 /// their pictures are read, which is most of the work.
-Result<StoreSurvey> surveyStore(const std::string& path, const std::function<void(size_t, size_t)>& progress = {});
+Result<StoreSurvey> surveyStore(const std::string& path, const std::function<void(size_t, size_t)>& progress = {},
+                                SurveyDepth depth = SurveyDepth::kPages);
 
 /// Writes all that is whole into a new store at `path`, and nothing that is there is looked at; tiles are left to
 /// whoever computes the maps anew. Odometry edges that are lost are taken from the keyframes themselves. Closures of a

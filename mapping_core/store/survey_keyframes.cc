@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <limits>
-#include <set>
+#include <unordered_map>
+#include <unordered_set>
 
+#include "mapping_core/store/keyframe_runs.h"
 #include "mapping_core/store/survey_rows.h"
 #include "protocol/codec/keyframe_codec.h"
 
@@ -13,6 +15,7 @@ namespace comap {
 namespace {
 
 Error damagedRow(const std::string& text) { return {ErrorCode::kBadData, text}; }
+Error mistyped() { return damagedRow("a value of it is of another type than its column"); }
 
 // What the table of keyframes says of one message.
 struct Description {
@@ -20,6 +23,7 @@ struct Description {
   int64_t bytes = 0, crc32 = 0;
 };
 #define COMAP_DESCRIPTION_COLUMNS "robot, session, sequence, bytes, crc32"
+#define COMAP_DESCRIPTION_TYPES "tiiii"
 
 Description descriptionOf(Query& row) {
   Description description;
@@ -29,18 +33,19 @@ Description descriptionOf(Query& row) {
   return description;
 }
 
-std::map<int64_t, Description> readDescriptions(Database& database, StoreSurvey& survey) {
+std::map<int64_t, Description> readDescriptions(Database& database, StoreSurvey& survey, IndexEntries& entries) {
   std::map<int64_t, Description> result;
-  const auto check = [&](Query& row) -> Result<void> {
-    const int64_t arrival = row.integer();
+  const auto check = [&](int64_t arrival, Query& row) -> Result<void> {
+    if (!row.areOf(COMAP_DESCRIPTION_TYPES "i")) return mistyped();
     const Description description = descriptionOf(row);
     if (auto values = row.values(); !values) return values;
     result[arrival] = description;
+    entries.keyframes.add(EntryHash().add(description.id).add(arrival));
     return {};
   };
   KeptRows kept;
   surveyTable(database, "row of keyframe",
-              COMAP_TABLE_ROWS("keyframes", "arrival", "arrival, " COMAP_DESCRIPTION_COLUMNS), check, survey.damage,
+              COMAP_TABLE_ROWS("keyframes", "arrival", COMAP_DESCRIPTION_COLUMNS ", stamp_ns"), check, survey.damage,
               kept);
   if (!kept.all()) survey.descriptions.skip();
   return result;
@@ -80,10 +85,10 @@ std::string wrongIn(const Description* description, const StoredKeyframe& stored
 }
 
 void readPoses(Database& database, StoreSurvey& survey) {
-  std::map<int64_t, StoredKeyframe*> by_arrival;
+  std::unordered_map<int64_t, StoredKeyframe*> by_arrival;
   for (WholeKeyframe& keyframe : survey.keyframes) by_arrival[keyframe.stored.arrival] = &keyframe.stored;
-  const auto check = [&](Query& row) -> Result<void> {
-    const int64_t arrival = row.integer();
+  const auto check = [&](int64_t arrival, Query& row) -> Result<void> {
+    if (!row.areOf("trrrrrrr")) return mistyped();
     const std::string map = row.text();
     const Pose pose = row.pose();
     if (auto values = row.values(); !values) return values;
@@ -94,9 +99,8 @@ void readPoses(Database& database, StoreSurvey& survey) {
     }
     return {};
   };
-  surveyTable(database, "pose of keyframe",
-              COMAP_TABLE_ROWS("poses", "keyframe", "keyframe, map, qx, qy, qz, qw, tx, ty, tz"), check, survey.damage,
-              survey.poses);
+  surveyTable(database, "pose of keyframe", COMAP_TABLE_ROWS("poses", "keyframe", "map, qx, qy, qz, qw, tx, ty, tz"),
+              check, survey.damage, survey.poses);
 }
 
 // Sequences that are neither there nor were skipped by their robot.
@@ -116,15 +120,16 @@ void remarkGaps(const std::map<std::pair<std::string, uint64_t>, std::map<uint32
 
 }  // namespace
 
-void surveyKeyframes(Database& database, StoreSurvey& survey, const std::function<void(size_t, size_t)>& progress) {
-  const auto descriptions = readDescriptions(database, survey);
+void surveyKeyframes(Database& database, StoreSurvey& survey, IndexEntries& entries,
+                     const std::function<void(size_t, size_t)>& progress) {
+  const auto descriptions = readDescriptions(database, survey, entries);
   std::map<std::pair<std::string, uint64_t>, std::map<uint32_t, uint32_t>> skipped;
-  std::set<int64_t> seen;
-  std::set<KeyframeId> ids;
-  const auto check = [&](Query& row) -> Result<void> {
-    const int64_t arrival = row.integer();
+  std::unordered_set<int64_t> seen;
+  KeyframeRuns ids;
+  const auto check = [&](int64_t arrival, Query& row) -> Result<void> {
     seen.insert(arrival);
     if (progress) progress(std::min(seen.size(), descriptions.size()), descriptions.size());
+    if (!row.areOf("b")) return mistyped();
     const auto message = row.bytes();
     const auto found = descriptions.find(arrival);
     const Description* description = found == descriptions.end() ? nullptr : &found->second;
@@ -132,7 +137,8 @@ void surveyKeyframes(Database& database, StoreSurvey& survey, const std::functio
     if (!read) return read.error();
     StoredKeyframe& stored = read->whole.stored;
     if (arrival > std::numeric_limits<uint32_t>::max()) return damagedRow("expected a number below 4294967296");
-    if (!ids.insert(stored.id).second) return damagedRow("is there twice: " + toString(stored.id));
+    if (ids.contains(stored.id)) return damagedRow("is there twice: " + toString(stored.id));
+    ids.add(stored.id);
     stored.arrival = static_cast<uint32_t>(arrival);
     skipped[{stored.id.robot, stored.id.session}][stored.id.sequence] = read->skipped;
     const std::string wrong = wrongIn(description, stored);
@@ -146,7 +152,7 @@ void surveyKeyframes(Database& database, StoreSurvey& survey, const std::functio
     return {};
   };
   survey.lost_keyframes =
-      surveyTable(database, "keyframe", COMAP_TABLE_ROWS("keyframe_messages", "keyframe", "keyframe, encoded"), check,
+      surveyTable(database, "keyframe", COMAP_TABLE_ROWS("keyframe_messages", "keyframe", "encoded"), check,
                   survey.damage, survey.messages);
   for (const auto& [arrival, description] : descriptions) {
     if (ids.contains(description.id) || seen.contains(arrival)) continue;

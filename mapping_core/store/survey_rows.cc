@@ -52,7 +52,7 @@ Result<bool> checkRow(Database& database, const char* one, int64_t number, const
   const auto there = query->bind(number).step();
   if (!there) return there.error();
   if (!*there) return false;
-  if (auto passed = check(*query); !passed) return passed.error();
+  if (auto passed = check(number, *query); !passed) return passed.error();
   return true;
 }
 
@@ -71,7 +71,7 @@ std::optional<int64_t> readToDamage(Database& database, const char* all, const R
     if (!row) return next;
     if (!*row) return std::nullopt;
     const int64_t number = query->integer();
-    if (number < next || !check(*query)) return next;  // out of order: the tree itself is damaged
+    if (number < next || !check(number, *query)) return next;  // out of order: the tree itself is damaged
     kept.add(number);
     next = number + 1;
   }

@@ -26,8 +26,9 @@ void remarkCompactDue(Database& database, std::vector<std::string>& remarks);
 /// Adds each line of a text by itself.
 void addLines(const std::string& prefix, const std::string& text, std::vector<std::string>& damage);
 
-/// Keeps the row if it is whole; else tells why not, and keeps nothing. What is wrong with a value is in row.values().
-using RowCheck = std::function<Result<void>(Query& row)>;
+/// Keeps the row of this number if it is whole; else tells why not, and keeps nothing. What is wrong with a value is in
+/// row.values().
+using RowCheck = std::function<Result<void>(int64_t number, Query& row)>;
 
 /// The statements by which a table is gone through.
 struct TableRows {

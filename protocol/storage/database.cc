@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <iterator>
 #include <limits>
 #include <utility>
@@ -127,6 +128,19 @@ Result<void> Query::run() {
   return {};
 }
 
+bool Query::areOf(std::string_view types) const {
+  int column = column_;
+  for (const char wanted : types) {
+    const int type = sqlite3_column_type(statement_, column++);
+    const bool fits = wanted == 'i'   ? type == SQLITE_INTEGER
+                      : wanted == 't' ? type == SQLITE_TEXT
+                      : wanted == 'b' ? type == SQLITE_BLOB
+                                      : type == SQLITE_FLOAT || type == SQLITE_NULL;
+    if (!fits) return false;
+  }
+  return true;
+}
+
 int64_t Query::integer() { return sqlite3_column_int64(statement_, column_++); }
 
 uint32_t Query::unsigned32() {
@@ -141,8 +155,9 @@ uint32_t Query::unsigned32() {
 
 double Query::real() {
   const int column = column_++;
-  if (sqlite3_column_type(statement_, column) == SQLITE_NULL) return std::numeric_limits<double>::quiet_NaN();
-  return sqlite3_column_double(statement_, column);
+  const double value = sqlite3_column_double(statement_, column);
+  const bool none = value == 0 && sqlite3_column_type(statement_, column) == SQLITE_NULL;
+  return none ? std::numeric_limits<double>::quiet_NaN() : value;
 }
 
 std::string Query::text() {
@@ -255,9 +270,17 @@ Result<void> Database::attachReading(const std::string& path, const std::string&
     std::snprintf(hex, sizeof hex, "%%%02X", static_cast<unsigned char>(c));
     uri += plain ? std::string(1, c) : std::string(hex);
   }
-  Result<Query> attach = query("ATTACH ? AS ?");
-  if (!attach) return attach.error();
-  return attach->bind(uri + "?mode=ro").bind(name).run();
+  const auto attach = [&](const char* mode) -> Result<void> {
+    Result<Query> attached = query("ATTACH ? AS ?");
+    if (!attached) return attached.error();
+    return attached->bind(uri + mode).bind(name).run();
+  };
+  // From a database that it may only read, SQLite copies a table with unique indexes row by row, in four times the
+  // time. Nothing is written to this one either way, unless there is a log, which would be played back into it.
+  std::error_code code;
+  const bool logged = std::filesystem::exists(path + "-wal", code) || std::filesystem::exists(path + "-journal", code);
+  if (!logged && attach("?mode=rw")) return {};
+  return attach("?mode=ro");
 }
 
 void Database::readCutOff() {

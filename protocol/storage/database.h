@@ -7,6 +7,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "protocol/types/ids.h"
@@ -40,6 +41,10 @@ class Query {
   Result<void> values() const;
   /// For statements without rows.
   Result<void> run();
+
+  /// Whether the columns from the next one on are of these types, a letter each: i INTEGER, t TEXT, b BLOB, r REAL or
+  /// NULL. Reads none of them. Else a column would be read as what it is expected to be: a damaged row can hold any.
+  bool areOf(std::string_view types) const;
 
   int64_t integer();
   uint32_t unsigned32();  ///< out of range: kBadData at the next step

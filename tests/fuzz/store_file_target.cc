@@ -15,8 +15,12 @@ COMAP_FUZZ_TARGET(bytes) {
   }
   if (bytes.size() == 1) changed.resize(changed.size() * bytes[0] / 256);  // cut off
   const std::string path = folder.write("changed.comap", fuzz::bytesOf(changed)), saved = folder / "saved.comap";
-  for (const char* part : {"", "-wal", "-shm"}) std::filesystem::remove(saved + part);
-  const auto survey = surveyStore(path);
-  if (!survey) return;
-  (void)bool(saveWhole(*survey, saved));
+  for (const SurveyDepth depth : {SurveyDepth::kRows, SurveyDepth::kPages}) {
+    for (const char* part : {"", "-wal", "-shm"}) std::filesystem::remove(saved + part);
+    const auto survey = surveyStore(path, {}, depth);
+    if (!survey) continue;
+    if (!saveWhole(*survey, saved)) continue;
+    const auto again = surveyStore(saved);
+    fuzz::require(again && again->damage.empty(), "what is saved is whole");
+  }
 }

@@ -28,7 +28,8 @@ COMAP_FUZZ_TARGET(bytes) {
     (void)bool(store->robots());
     (void)bool(store->meta("complete"));
   }
-  const auto survey = surveyStore(path);
+  const bool pages = provider.ConsumeBool();
+  const auto survey = surveyStore(path, {}, pages ? SurveyDepth::kPages : SurveyDepth::kRows);
   if (!survey) return;
   if (const auto done = saveWhole(*survey, saved); !done) {
     std::fprintf(stderr, "%s\n", done.error().text.c_str());
