@@ -13,6 +13,7 @@
 #include "fleet_tools/command_line/output_file.h"
 #include "fleet_tools/command_line/text_table.h"
 #include "fleet_tools/command_line/verb.h"
+#include "fleet_tools/render/picture_legend.h"
 #include "fleet_tools/render/surfel_renderer.h"
 #include "fleet_tools/store/record_json.h"
 #include "mapping_core/store/map_store.h"
@@ -150,8 +151,8 @@ int run(const RenderOptions& options) {
   auto device = gpu::Device::create(device_options);
   if (!device) return failWith(device.error());
   const Colouring colouring = colouringOf(options.colour);
-  const bool legend = colouring == Colouring::kContribution;
-  const auto picture = renderPicture(*device, *surfels, *view, colouring, legend ? robots->size() : 0);
+  const std::vector<std::string> legend = colouring == Colouring::kContribution ? *robots : std::vector<std::string>();
+  const auto picture = renderPicture(*device, *surfels, *view, colouring, legend);
   if (!picture) return failWith(picture.error());
   if (const auto written = writeColourPng(options.out, *picture); !written) return failWith(written.error());
 
@@ -160,9 +161,9 @@ int run(const RenderOptions& options) {
     return 0;
   }
   std::printf("%s\nmap %s, %zu surfels\n", options.out.c_str(), printable(*map).c_str(), surfels->size());
-  for (size_t i = 0; legend && i < robots->size(); ++i) {
+  for (size_t i = 0; i < legend.size(); ++i) {
     const Rgb c = robotColour(i);
-    std::printf("colour %zu, #%02x%02x%02x: %s\n", i + 1, c.r, c.g, c.b, printable((*robots)[i]).c_str());
+    std::printf("colour %zu, #%02x%02x%02x: %s\n", i + 1, c.r, c.g, c.b, printable(legend[i]).c_str());
   }
   return 0;
 }
@@ -174,7 +175,7 @@ void addRenderVerb(CLI::App& app, int& exit_code) {
   verb->footer(
       "orbit: the whole map from outside and above, without the walls and ceilings that are in the way. top: a plan.\n"
       "robot:NAME: what that robot's last keyframe looked at. contribution: a colour per robot, mixed where several\n"
-      "saw the surface; the bar at the foot shows the robots in the order printed.\n"
+      "saw the surface; at the foot stands which robot has which.\n"
       "Example: fleet render run/map.comap --out map.png --colour contribution");
   auto options = std::make_shared<RenderOptions>();
   verb->add_option("STORE", options->store, "Map store to read")->required();

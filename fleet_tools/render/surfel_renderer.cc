@@ -5,15 +5,13 @@
 #include <bit>
 #include <cmath>
 
+#include "fleet_tools/render/picture_legend.h"
+
 namespace comap {
 namespace {
 
 constexpr size_t kMostPixels = 1u << 23;  // of one prediction
 constexpr float kEnlarged = 1.25f;        // discs, to close the last pinholes
-
-constexpr std::array<Rgb, 8> kRobotColours = {Rgb{230, 85, 60},   Rgb{55, 125, 200}, Rgb{75, 170, 85},
-                                              Rgb{240, 180, 40},  Rgb{150, 90, 180}, Rgb{60, 180, 180},
-                                              Rgb{235, 120, 170}, Rgb{140, 100, 70}};
 
 Eigen::Vector3f toVector(Rgb c) { return {static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b)}; }
 
@@ -68,24 +66,10 @@ Eigen::Vector3f paint(const PredictedView& seen, size_t pixel, const Eigen::Matr
   }
 }
 
-void drawLegend(ColourImage& picture, size_t entries) {
-  const int side = std::max(8, picture.height() / 32), gap = side / 3;
-  for (size_t entry = 0; entry < entries; ++entry) {
-    const int left = gap + static_cast<int>(entry) * (side + gap), top = picture.height() - gap - side;
-    for (int y = top; y < top + side; ++y) {
-      for (int x = left; x < left + side; ++x) {
-        if (picture.contains(x, y)) picture.at(x, y) = robotColour(entry);
-      }
-    }
-  }
-}
-
 }  // namespace
 
-Rgb robotColour(size_t robot) { return kRobotColours[robot % kRobotColours.size()]; }
-
 Result<ColourImage> renderPicture(gpu::Device& device, std::span<const Surfel> surfels, const PictureView& view,
-                                  Colouring colouring, size_t legend_entries) {
+                                  Colouring colouring, std::span<const std::string> legend) {
   std::vector<Surfel> enlarged(surfels.begin(), surfels.end());
   for (Surfel& s : enlarged) s.radius *= kEnlarged;
   auto map = SurfelMap::create(device, FusionParameters{});
@@ -120,7 +104,7 @@ Result<ColourImage> renderPicture(gpu::Device& device, std::span<const Surfel> s
       picture.at(x, y) = toRgb(sum / static_cast<float>(factor * factor));
     }
   }
-  drawLegend(picture, legend_entries);
+  drawLegend(picture, legend);
   return picture;
 }
 

@@ -27,11 +27,8 @@ PictureView topView(std::span<const Surfel> surfels, const Eigen::Vector3d& up, 
 /// As a robot's camera sees it, about 63 degrees wide.
 PictureView cameraView(const Pose& T_map_cam, int width, int height);
 
-/// The colour that stands for contributor bit `robot`.
-Rgb robotColour(size_t robot);
-
-/// Paints the map on a light ground; where `legend_entries` > 0, a bar of that many robots' colours at the foot.
+/// Paints the map on a light ground; with `legend`, the robots' names by contributor bit, it tells their colours.
 Result<ColourImage> renderPicture(gpu::Device& device, std::span<const Surfel> surfels, const PictureView& view,
-                                  Colouring colouring, size_t legend_entries);
+                                  Colouring colouring, std::span<const std::string> legend);
 
 }  // namespace comap

@@ -176,7 +176,7 @@ Result<Json> writePaperOutputs(const ReplayOptions& options, const PaperCore& co
     for (const PaperCamera& camera : core.cameras())
       if (&core.frameOf(camera.index) == largest)
         for (const LoggedPose& pose : camera.log) T_map_cams.push_back(pose.T_map_cam);
-    if (auto painted = paintMap(options.out, options.device, options.robots.size(), surfels, T_map_cams); !painted)
+    if (auto painted = paintMap(options.out, options.device, names, surfels, T_map_cams); !painted)
       return painted.error();
   }
   if (auto written = writeRunPage(options.out); !written) return written.error();

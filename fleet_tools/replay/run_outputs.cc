@@ -228,7 +228,7 @@ Result<Json> writeRunOutputs(const ReplayOptions& options, const ReplayOutcome& 
   for (const auto& [id, keyframe] : content->keyframes)
     if (keyframe.map == largest) T_map_cams.push_back(keyframe.T_map_cam);
   if (!surfels.empty())
-    if (auto painted = paintMap(options.out, options.device, options.robots.size(), surfels, T_map_cams); !painted)
+    if (auto painted = paintMap(options.out, options.device, content->robots, surfels, T_map_cams); !painted)
       return painted.error();
   if (auto written = writeRunPage(options.out); !written) return written.error();
   return report;

@@ -30,8 +30,9 @@ Result<std::vector<uint8_t>> readBytes(const std::string& path) {
 
 }  // namespace
 
-Result<void> paintMap(const std::string& folder, const std::string& device_choice, size_t robots,
-                      const std::vector<Surfel>& surfels, const std::vector<Pose>& T_map_cams) {
+Result<void> paintMap(const std::string& folder, const std::string& device_choice,
+                      const std::vector<std::string>& robots, const std::vector<Surfel>& surfels,
+                      const std::vector<Pose>& T_map_cams) {
   gpu::DeviceOptions device_options;
   device_options.choice = device_choice;
   device_options.cache_directory = gpu::defaultCacheDirectory();
@@ -41,8 +42,9 @@ Result<void> paintMap(const std::string& folder, const std::string& device_choic
   for (const Picture& picture : kPictures) {
     const PictureView view = picture.from_above ? topView(surfels, up, kPictureWidth, kPictureHeight)
                                                 : orbitView(surfels, up, kPictureWidth, kPictureHeight);
-    const bool legend = picture.colouring == Colouring::kContribution;
-    auto image = renderPicture(*device, surfels, view, picture.colouring, legend ? robots : 0);
+    const auto legend =
+        picture.colouring == Colouring::kContribution ? std::span(robots) : std::span<const std::string>();
+    auto image = renderPicture(*device, surfels, view, picture.colouring, legend);
     if (!image) return image.error();
     if (auto written = writeColourPng(folder + "/" + picture.name, *image); !written) return written.error();
   }

@@ -8,9 +8,10 @@
 
 namespace comap {
 
-/// Draws the map as a whole, from above and by contributors into `folder`; `robots` of them get a legend.
-Result<void> paintMap(const std::string& folder, const std::string& device_choice, size_t robots,
-                      const std::vector<Surfel>& surfels, const std::vector<Pose>& T_map_cams);
+/// Draws the map as a whole, from above and by contributors into `folder`; `robots` by contributor bit.
+Result<void> paintMap(const std::string& folder, const std::string& device_choice,
+                      const std::vector<std::string>& robots, const std::vector<Surfel>& surfels,
+                      const std::vector<Pose>& T_map_cams);
 
 /// Those pictures that `folder` has.
 Result<std::vector<ReportPicture>> readMapPictures(const std::string& folder);

@@ -6,7 +6,7 @@
 #include <map>
 
 #include "fleet_tools/command_line/text_table.h"
-#include "fleet_tools/render/surfel_renderer.h"
+#include "fleet_tools/render/picture_legend.h"
 #include "fleet_tools/report/error_plot.h"
 #include "fleet_tools/report/html.h"
 #include "fleet_tools/report/merge_timeline.h"

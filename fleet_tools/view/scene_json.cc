@@ -4,7 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "fleet_tools/render/surfel_renderer.h"
+#include "fleet_tools/render/picture_legend.h"
 #include "fleet_tools/store/record_json.h"
 
 namespace comap {
