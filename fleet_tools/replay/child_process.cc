@@ -40,7 +40,7 @@ Result<ChildProcess> ChildProcess::start(const std::string& program, const std::
     return Error{ErrorCode::kUnreachable, program + ": cannot start: " + std::strerror(errno)};
   }
   if (pid == 0) {
-    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody waits for what it still would do
     if (getppid() != parent) _exit(kCannotStart);
     dup2(output, STDOUT_FILENO);
     dup2(output, STDERR_FILENO);

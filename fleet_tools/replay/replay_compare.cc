@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <thread>
 
 #include "edge_agent/capture/source_uri.h"
 #include "fleet_tools/evaluate/compare.h"
 #include "fleet_tools/evaluate/evaluate.h"
-#include "fleet_tools/replay/run_folder.h"
 #include "fleet_tools/replay/run_outputs.h"
 #include "fleet_tools/report/compare_page.h"
 #include "fleet_tools/report/map_pictures.h"
@@ -67,34 +67,46 @@ ReplayProgress tellWith(const ReplayProgress& progress, const std::string& what)
   };
 }
 
-Result<json> runGraph(const ReplayOptions& options, const CompareOptions& compare, const ReplayProgress& progress) {
-  if (auto made = prepareRunFolder(options.out, false); !made) return made.error();
-  const auto outcome = replayLoopback(options, tellWith(progress, nameOf(options.robots) + ", graph mode"));
-  if (!outcome) return outcome.error();
-  const auto report = writeRunOutputs(options, *outcome);
-  if (!report) return report.error();
-  return evaluated(options, compare, *report);
+// A run into options.out, evaluated; one that was finished before is read.
+Result<json> runOne(const ReplayOptions& options, const CompareOptions& compare, RunSeries& series,
+                    const std::function<Result<json>()>& play) {
+  const auto finished = series.takeUp(options.out);
+  if (!finished) return finished.error();
+  if (*finished) return readReport(options.out);
+  const auto report = play();
+  if (!report) return report;
+  auto measured = evaluated(options, compare, *report);
+  if (!measured) return measured;
+  if (auto noted = series.finish(options.out, 0); !noted) return noted.error();
+  return measured;
+}
+
+Result<json> runGraph(const ReplayOptions& options, const CompareOptions& compare, RunSeries& series,
+                      const ReplayProgress& progress) {
+  return runOne(options, compare, series, [&]() -> Result<json> {
+    const auto outcome = replayLoopback(options, tellWith(progress, nameOf(options.robots) + ", graph mode"));
+    if (!outcome) return outcome.error();
+    return writeRunOutputs(options, *outcome);
+  });
 }
 
 Result<json> runPaper(const ReplayOptions& options, const PaperOptions& paper, const CompareOptions& compare,
-                      const ReplayProgress& progress, const std::string& what) {
-  if (auto made = prepareRunFolder(options.out, false); !made) return made.error();
-  const auto report = replayPaper(options, paper, tellWith(progress, nameOf(options.robots) + ", " + what));
-  if (!report) return report.error();
-  return evaluated(options, compare, *report);
+                      RunSeries& series, const ReplayProgress& progress, const std::string& what) {
+  return runOne(options, compare, series,
+                [&] { return replayPaper(options, paper, tellWith(progress, nameOf(options.robots) + ", " + what)); });
 }
 
 Result<ComparedInput> runBoth(const ReplayOptions& options, const PaperOptions& paper, const CompareOptions& compare,
-                              const ReplayProgress& progress) {
+                              RunSeries& series, const ReplayProgress& progress) {
   ComparedInput input;
   input.name = nameOf(options.robots);
   ReplayOptions one = options;
   one.out = options.out + "/graph";
-  auto graph = runGraph(one, compare, progress);
+  auto graph = runGraph(one, compare, series, progress);
   if (!graph) return graph.error();
   input.graph = std::move(*graph);
   one.out = options.out + "/paper";
-  auto published = runPaper(one, paper, compare, progress, "paper mode");
+  auto published = runPaper(one, paper, compare, series, progress, "paper mode");
   if (!published) return published.error();
   input.paper = std::move(*published);
   return input;
@@ -102,13 +114,13 @@ Result<ComparedInput> runBoth(const ReplayOptions& options, const PaperOptions& 
 
 // The paper mode with each remedy by itself, then with all.
 Result<void> runRemedies(const ReplayOptions& options, const PaperOptions& paper, const CompareOptions& compare,
-                         const ReplayProgress& progress, ComparedInput& input) {
+                         RunSeries& series, const ReplayProgress& progress, ComparedInput& input) {
   const auto run = [&](const std::string& name, const PaperFixes& fixes) -> Result<void> {
     ReplayOptions one = options;
     one.out = options.out + "/fix-" + name;
     PaperOptions fixed_paper = paper;
     fixed_paper.fixes = fixes;
-    auto report = runPaper(one, fixed_paper, compare, progress, name);
+    auto report = runPaper(one, fixed_paper, compare, series, progress, name);
     if (!report) return report.error();
     input.remedies.emplace_back(name, std::move(*report));
     return {};
@@ -161,7 +173,7 @@ Result<std::vector<ReportPicture>> picturesOf(const std::string& out) {
 }  // namespace
 
 Result<json> replayCompare(const ReplayOptions& options, const PaperOptions& paper, const CompareOptions& compare,
-                           const ReplayProgress& progress) {
+                           RunSeries& series, const ReplayProgress& progress) {
   for (const auto& [name, file] : compare.truth.trajectories)
     if (std::none_of(options.robots.begin(), options.robots.end(), [&](const auto& r) { return r.name == name; }))
       return Error{ErrorCode::kWrongUse, "--truth " + name + "=" + file + ": there is no robot " + name};
@@ -171,16 +183,16 @@ Result<json> replayCompare(const ReplayOptions& options, const PaperOptions& pap
       ReplayOptions fewer = options;
       fewer.robots = set;
       fewer.out = options.out + (set.size() == 1 ? "/alone-" : "/set-") + nameOf(set);
-      if (auto made = prepareRunFolder(fewer.out, false); !made) return made.error();
-      auto input = runBoth(fewer, paper, compare, progress);
+      if (auto made = series.addFolder(fewer.out); !made) return made.error();
+      auto input = runBoth(fewer, paper, compare, series, progress);
       if (!input) return input.error();
       inputs.push_back(std::move(*input));
     }
   }
-  auto all = runBoth(options, paper, compare, progress);
+  auto all = runBoth(options, paper, compare, series, progress);
   if (!all) return all.error();
   if (compare.ablation) {
-    if (auto done = runRemedies(options, paper, compare, progress, *all); !done) return done.error();
+    if (auto done = runRemedies(options, paper, compare, series, progress, *all); !done) return done.error();
   }
   inputs.push_back(std::move(*all));
 

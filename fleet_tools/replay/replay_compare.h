@@ -3,6 +3,7 @@
 
 #include "fleet_tools/evaluate/evaluate.h"
 #include "fleet_tools/replay/replay.h"
+#include "fleet_tools/replay/run_series.h"
 
 namespace comap {
 
@@ -14,9 +15,9 @@ struct CompareOptions {
 };
 
 /// Runs and evaluates into OUT/graph and OUT/paper (smaller sets of robots: OUT/alone-NAME/graph, OUT/set-a+b/graph
-/// ...; remedies: OUT/fix-NAME, OUT/fix-all), writes OUT/compare.json and compare.html, and returns the former. OUT
-/// must exist and be empty.
+/// ...; remedies: OUT/fix-NAME, OUT/fix-all), writes OUT/compare.json and compare.html, and returns the former. Runs
+/// that `series`, of OUT, knows as finished are not run again.
 Result<nlohmann::json> replayCompare(const ReplayOptions& options, const PaperOptions& paper,
-                                     const CompareOptions& compare, const ReplayProgress& progress);
+                                     const CompareOptions& compare, RunSeries& series, const ReplayProgress& progress);
 
 }  // namespace comap

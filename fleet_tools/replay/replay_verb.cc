@@ -4,6 +4,7 @@
 #include <csignal>
 #include <cstdio>
 #include <ctime>
+#include <filesystem>
 #include <memory>
 #include <set>
 
@@ -15,6 +16,8 @@
 #include "fleet_tools/replay/replay_compare.h"
 #include "fleet_tools/replay/run_folder.h"
 #include "fleet_tools/replay/run_outputs.h"
+#include "fleet_tools/replay/run_series.h"
+#include "fleet_tools/replay/run_summary.h"
 #include "protocol/keys/credentials.h"
 #include "protocol/types/counted.h"
 
@@ -31,9 +34,8 @@ void onInterrupt(int signal) {
 }
 
 // The run ends by the signal, as it would have.
-void tellWhenInterrupted(const std::string& out) {
-  interrupted_text =
-      "fleet: interrupted: the run in " + out + " is not complete; the same command with --overwrite begins it anew\n";
+void tellWhenInterrupted(const std::string& what) {
+  interrupted_text = (isatty(STDERR_FILENO) != 0 ? "\n" : "") + ("fleet: interrupted: " + what + "\n");
   std::signal(SIGINT, onInterrupt);
   std::signal(SIGTERM, onInterrupt);
 }
@@ -66,104 +68,6 @@ Result<std::vector<ReplayRobot>> parseRobots(const std::vector<std::string>& tex
     robots.push_back(robot);
   }
   return robots;
-}
-
-// What of the robot's frames was not as it should be; empty if all was well.
-std::string troubleText(const nlohmann::json& robot) {
-  std::string text;
-  const auto tell = [&](const char* key, const char* what) {
-    const int count = robot.at(key).get<int>();
-    if (count > 0) text += (text.empty() ? "" : ", ") + std::to_string(count) + what;
-  };
-  tell("damaged_frames", " damaged and passed over");
-  tell("tracking_poor_frames", " tracked poorly");
-  tell("tracking_lost_frames", " lost");
-  tell("relocalised", " found back");
-  return text.empty() ? text : " (" + text + ")";
-}
-
-std::string listText(const nlohmann::json& names) {
-  std::string text;
-  for (const auto& name : names) text += (text.empty() ? "" : ", ") + name.get<std::string>();
-  return text;
-}
-
-// "42 refused (31 inlier_ratio, 11 coarse_alignment)", or "none refused".
-std::string refusedText(const nlohmann::json& refused) {
-  std::vector<std::pair<int, std::string>> reasons;
-  int sum = 0;
-  for (const auto& [reason, count] : refused.items()) {
-    reasons.emplace_back(count.get<int>(), reason);
-    sum += count.get<int>();
-  }
-  if (sum == 0) return "none refused";
-  std::stable_sort(reasons.begin(), reasons.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  std::string text;
-  for (const auto& [count, reason] : reasons) text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + reason;
-  return std::to_string(sum) + " refused (" + text + ")";
-}
-
-std::string countOf(const nlohmann::json& object, const char* key, const char* noun) {
-  return counted(object.at(key).get<size_t>(), noun);
-}
-
-void printSummary(const nlohmann::json& report, const std::string& out) {
-  for (const auto& [name, robot] : report.at("robots").items())
-    std::printf("robot %-8s %s%s, %s (%d lost), %.0f kB/s up, odometry %.1f ms (p95 %.1f), map %s, holds %s of it\n",
-                name.c_str(), countOf(robot, "frames", "frame").c_str(), troubleText(robot).c_str(),
-                countOf(robot, "keyframes", "keyframe").c_str(), robot.at("keyframes_lost").get<int>(),
-                robot.at("uplink_bytes_per_s").get<double>() / 1000, robot.at("odometry_ms").at("median").get<double>(),
-                robot.at("odometry_ms").at("p95").get<double>(), robot.at("map").get<std::string>().c_str(),
-                countOf(robot, "tiles_held", "tile").c_str());
-  for (const auto& map : report.at("maps"))
-    std::printf("map %s: %s %s, %s, %s, %s\n", map.at("id").get<std::string>().c_str(),
-                wordFor(map.at("robots").size(), "robot", "robots"), listText(map.at("robots")).c_str(),
-                countOf(map, "keyframes", "keyframe").c_str(), countOf(map, "surfels", "surfel").c_str(),
-                countOf(map, "tiles", "tile").c_str());
-  std::printf("place matches: %d accepted, %s\n", report.at("verdicts").at("accepted").get<int>(),
-              refusedText(report.at("verdicts").at("refused")).c_str());
-  std::printf("core: %.0f ms a keyframe (p95 %.0f) on %s; %.1f s in all\n",
-              report.at("core").at("keyframe_ms").at("median").get<double>(),
-              report.at("core").at("keyframe_ms").at("p95").get<double>(),
-              report.at("core").at("device").get<std::string>().c_str(), report.at("wall_s").get<double>());
-  std::printf("run: %s (map.comap, map.ply, *.trajectory.txt, report.json, report.html)\n", out.c_str());
-}
-
-void printPaperSummary(const nlohmann::json& report, const std::string& out) {
-  for (const auto& [name, robot] : report.at("robots").items())
-    std::printf("robot %-8s %s (%d lost), %.0f kB/s up, map %s\n", name.c_str(),
-                countOf(robot, "frames", "frame").c_str(), robot.at("tracking_lost_frames").get<int>(),
-                robot.at("uplink_bytes_per_s").get<double>() / 1000, robot.at("map").get<std::string>().c_str());
-  for (const auto& map : report.at("maps"))
-    std::printf("map %s: %s %s, %s, %s\n", map.at("id").get<std::string>().c_str(),
-                wordFor(map.at("robots").size(), "robot", "robots"), listText(map.at("robots")).c_str(),
-                countOf(map, "surfels", "surfel").c_str(), countOf(map, "places", "place").c_str());
-  const auto& core = report.at("core");
-  std::printf("loops: %d local, %d global; merges: %zu\n", core.at("local_loops").get<int>(),
-              core.at("global_loops").get<int>(), report.at("merges").size());
-  std::printf("core: %.0f ms a frame and camera (p95 %.0f) on %s; %.1f s in all\n",
-              core.at("frame_ms").at("median").get<double>(), core.at("frame_ms").at("p95").get<double>(),
-              core.at("device").get<std::string>().c_str(), report.at("wall_s").get<double>());
-  std::printf("run: %s (map.ply, *.trajectory.txt, frames.csv, report.json, report.html)\n", out.c_str());
-}
-
-size_t framesOf(const nlohmann::json& robot) {
-  return robot.at("frames").get<size_t>() + robot.at("damaged_frames").get<size_t>();
-}
-
-// The run's files are there, but they do not show what was asked for.
-int failIfIncomplete(const nlohmann::json& report) {
-  for (const auto& [name, robot] : report.at("robots").items()) {
-    if (robot.at("keyframes_lost").get<int>() > 0)
-      return failWith({ErrorCode::kProblem, "robot " + name + ": " +
-                                                counted(robot.at("keyframes_lost").get<size_t>(), "keyframe") +
-                                                " did not reach the core"});
-    if (robot.at("keyframes").get<int>() == 0)
-      return failWith({ErrorCode::kBadData, "robot " + name + ": of " + counted(framesOf(robot), "frame") +
-                                                " none can be used, " + robot.at("damaged_frames").dump() +
-                                                " damaged and the others with too little depth to start from"});
-  }
-  return 0;
 }
 
 // How far a run is, in one line of a terminal; nothing where standard error is none.
@@ -203,19 +107,66 @@ int runOnce(const ReplayArguments& arguments) {
   if (arguments.json)
     std::printf("%s\n", report->dump(2).c_str());
   else
-    printSummary(*report, arguments.options.out);
+    printRunSummary(*report, arguments.options.out);
   return failIfIncomplete(*report);
 }
 
-// A run a seed in seed-1, seed-2 ...; the first book is the standard one. The exit code is the worst one.
+// What decides what comes out of several runs in one folder.
+nlohmann::json planOf(const ReplayArguments& arguments) {
+  const ReplayOptions& options = arguments.options;
+  return {{"version", COMAP_VERSION},
+          {"runs", arguments.side_by_side ? "compare" : "seeds"},
+          {"mode", arguments.side_by_side ? "both" : arguments.mode},
+          {"link", arguments.link},
+          {"robots", arguments.robots},
+          {"fixes", arguments.fixes},
+          {"truths", arguments.truths},
+          {"surface", arguments.compare.truth.surface},
+          {"device", options.device},
+          {"realtime", options.realtime},
+          {"keys", options.keys}};
+}
+
+Result<RunSeries> beginSeries(const ReplayArguments& arguments) {
+  const std::string& out = arguments.options.out;
+  auto series = RunSeries::begin(out, planOf(arguments), arguments.overwrite);
+  if (!series) return series;
+  tellWhenInterrupted("the finished runs in " + out + " are kept; the same command goes on with the others");
+  if (const size_t finished = series->finishedBefore(); finished > 0)
+    std::fprintf(stderr, "fleet: %s: %s %s finished before; --overwrite begins anew\n", out.c_str(),
+                 counted(finished, "run").c_str(), wordFor(finished, "was", "were"));
+  return series;
+}
+
+// As it was told when it ended.
+int tellFinished(const ReplayArguments& arguments, int exit_code) {
+  const auto report = readReport(arguments.options.out);
+  if (!report) return failWith(report.error());
+  if (arguments.json)
+    std::printf("%s\n", report->dump(2).c_str());
+  else if (arguments.mode == "paper")
+    printPaperSummary(*report, arguments.options.out);
+  else
+    printRunSummary(*report, arguments.options.out);
+  return exit_code;
+}
+
+// A run a seed in seed-1, seed-2 ...; the first book is the standard one. The exit code is the worst one. What ends a
+// run before it has come to anything is no reason to keep it.
 int runSeeds(const ReplayArguments& arguments) {
+  auto series = beginSeries(arguments);
+  if (!series) return failWith(series.error());
   int worst = 0;
   for (int seed = 0; seed < arguments.seeds; ++seed) {
     ReplayArguments one = arguments;
     one.options.out += "/seed-" + std::to_string(seed + 1);
     one.options.fern_seed += static_cast<uint32_t>(seed);
-    if (auto prepared = prepareRunFolder(one.options.out, false); !prepared) return failWith(prepared.error());
-    worst = std::max(worst, runOnce(one));
+    const auto finished = series->takeUp(one.options.out);
+    if (!finished) return failWith(finished.error());
+    const int code = *finished ? tellFinished(one, **finished) : runOnce(one);
+    worst = std::max(worst, code);
+    if (*finished || !std::filesystem::exists(one.options.out + "/report.html")) continue;
+    if (auto noted = series->finish(one.options.out, code); !noted) return failWith(noted.error());
   }
   return worst;
 }
@@ -227,8 +178,11 @@ int runCompare(ReplayArguments& arguments) {
       return failWith({ErrorCode::kWrongUse, "--truth " + text + ": expected NAME=FILE"});
     arguments.compare.truth.trajectories[text.substr(0, equals)] = text.substr(equals + 1);
   }
+  auto series = beginSeries(arguments);
+  if (!series) return failWith(series.error());
   const ProgressLine progress;
-  const auto comparison = replayCompare(arguments.options, arguments.paper, arguments.compare, progress.writer());
+  const auto comparison =
+      replayCompare(arguments.options, arguments.paper, arguments.compare, *series, progress.writer());
   progress.clear();
   if (!comparison) return failWith(comparison.error());
   if (arguments.json)
@@ -284,11 +238,13 @@ int run(ReplayArguments& arguments) {
            "robot " + robot.name + ": a camera cannot be replayed, record it first: " + "edge_agent --record"});
   }
   if (auto checked = checkKeysFor(arguments.options); !checked) return failWith(checked.error());
+  if (arguments.side_by_side) return runCompare(arguments);
+  if (arguments.seeds > 0) return runSeeds(arguments);
   if (auto prepared = prepareRunFolder(arguments.options.out, arguments.overwrite); !prepared)
     return failWith(prepared.error());
-  tellWhenInterrupted(arguments.options.out);
-  if (arguments.side_by_side) return runCompare(arguments);
-  return arguments.seeds == 0 ? runOnce(arguments) : runSeeds(arguments);
+  tellWhenInterrupted("the run in " + arguments.options.out +
+                      " is not complete; the same command with --overwrite begins it anew");
+  return runOnce(arguments);
 }
 
 }  // namespace
@@ -335,7 +291,8 @@ void addReplayVerb(CLI::App& app, int& exit_code) {
                    "Run so many times, each with another book of place codes, into OUT/seed-1, OUT/seed-2 ...")
       ->check(CLI::Range(1, 1000));
   verb->add_flag("--realtime", arguments->options.realtime, "Play at the recorded speed (with --link dds)");
-  verb->add_flag("--overwrite", arguments->overwrite, "Replace an earlier run in the same folder");
+  verb->add_flag("--overwrite", arguments->overwrite,
+                 "Replace an earlier run in the same folder; --compare and --seeds else go on with the same command's");
   verb->add_flag("--json", arguments->json, "Print report.json instead of the summary");
   verb->callback([arguments, link, &exit_code] {
     if (arguments->mode == "paper" && link->count() == 0) arguments->link = "loopback";

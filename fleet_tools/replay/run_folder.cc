@@ -15,12 +15,15 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kRunMark = ".comap-run";
+// Of several runs in one folder: what they all are, and that one is finished.
+constexpr const char* kSeriesMark = ".comap-series";
+constexpr const char* kFinishedMark = ".comap-finished";
 constexpr const char* kLogs = "logs";
 // What replay, evaluate and report write into a run, beside the store, a trajectory for each robot and the logs.
-constexpr std::array<std::string_view, 15> kRunFiles = {
-    kRunMark,       "events.log",           "frames.csv",  "map.ply",       "map.png",
-    "map-top.png",  "map-contribution.png", "report.json", "report.html",   "errors.csv",
-    "compare.json", "compare.html",         "map.comap",   "map.comap-wal", "map.comap-shm"};
+constexpr std::array<std::string_view, 17> kRunFiles = {
+    kRunMark,       kSeriesMark,    kFinishedMark, "events.log",    "frames.csv",           "map.ply",
+    "map.png",      "map-top.png",  "report.json", "report.html",   "map-contribution.png", "errors.csv",
+    "compare.json", "compare.html", "map.comap",   "map.comap-wal", "map.comap-shm"};
 
 // Under which a file is written until it is whole: NAME.part, or NAME.part- and a process.
 std::string_view withoutDraft(std::string_view name) {
@@ -67,9 +70,11 @@ Result<fs::path> foreignIn(const fs::path& folder, bool logs = false) {
   return fs::path();
 }
 
-// The mark goes last, so that what was interrupted can be done again.
+// The mark goes last, so that what was interrupted can be done again; what says that a run is finished goes first.
 std::error_code emptyRun(const fs::path& folder) {
   std::error_code problem;
+  for (const char* mark : {kSeriesMark, kFinishedMark})
+    if (!problem) fs::remove(folder / mark, problem);
   std::vector<fs::path> entries;
   for (fs::directory_iterator at(folder, problem), end; !problem && at != end; at.increment(problem))
     if (at->path().filename() != kRunMark) entries.push_back(at->path());
@@ -83,12 +88,15 @@ std::error_code emptyRun(const fs::path& folder) {
 
 Result<void> clearEarlierRun(const std::string& out, bool overwrite) {
   std::error_code problem;
-  if (!fs::exists(fs::path(out) / kRunMark, problem))
+  if (!isRunFolder(out))
     return Error{ErrorCode::kWrongUse, "--out " + out + ": folder is not empty and holds no earlier run"};
-  bool holds_run = false;
+  bool holds_run = finishedRunsIn(out) > 0;
   std::vector<std::string> runs = {out};
   for (fs::directory_iterator at(out, problem), end; !problem && at != end; at.increment(problem))
     if (isFolder(*at) && fs::exists(at->path() / kRunMark, problem)) runs.push_back(at->path().string());
+  const std::string series = seriesMarkOf(out);
+  if (fs::exists(series, problem))
+    if (auto free = StoreLock::take(series); !free) return free.error();
   for (const std::string& earlier : runs) {
     holds_run = holds_run || fs::exists(earlier + "/report.json", problem);
     if (!fs::exists(storePathOf(earlier), problem)) continue;
@@ -131,6 +139,21 @@ Result<void> prepareRunFolder(const std::string& out, bool overwrite) {
   return {};
 }
 
-std::string storePathOf(const std::string& run) { return (std::filesystem::path(run) / "map.comap").string(); }
+std::string storePathOf(const std::string& run) { return (fs::path(run) / "map.comap").string(); }
+std::string seriesMarkOf(const std::string& out) { return (fs::path(out) / kSeriesMark).string(); }
+std::string finishedMarkOf(const std::string& run) { return (fs::path(run) / kFinishedMark).string(); }
+
+bool isRunFolder(const std::string& folder) {
+  std::error_code problem;
+  return fs::exists(fs::path(folder) / kRunMark, problem);
+}
+
+size_t finishedRunsIn(const std::string& out) {
+  std::error_code problem;
+  size_t finished = 0;
+  for (fs::recursive_directory_iterator at(out, problem), end; !problem && at != end; at.increment(problem))
+    finished += at->path().filename() == kFinishedMark;
+  return finished;
+}
 
 }  // namespace comap

@@ -12,7 +12,14 @@ namespace comap {
 /// then nothing is removed.
 Result<void> prepareRunFolder(const std::string& out, bool overwrite);
 
+/// Whether it is marked as ours.
+bool isRunFolder(const std::string& folder);
+
 /// Where the map store of a run stands.
 std::string storePathOf(const std::string& run);
+/// What a folder of several runs says of them all, and what says that one of them is finished: see run_series.
+std::string seriesMarkOf(const std::string& out);
+std::string finishedMarkOf(const std::string& run);
+size_t finishedRunsIn(const std::string& out);
 
 }  // namespace comap
