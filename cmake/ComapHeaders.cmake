@@ -1,5 +1,6 @@
-# Headers of libraries that most files include, compiled once instead of some five hundred times: a third of the time that
-# building everything takes. No file may rely on it: -DCOMAP_PRECOMPILE=OFF shows whether each includes what it uses.
+# Headers of libraries that most files include, compiled once instead of some five hundred times: a third of the time
+# that building everything takes. No file may rely on it: -DCOMAP_PRECOMPILE=OFF shows whether each includes what it
+# uses.
 option(COMAP_PRECOMPILE "Compile common headers once" ON)
 if(NOT COMAP_PRECOMPILE)
   return()

@@ -1,7 +1,7 @@
 // What the keyframe says about each surfel of the map, and which surfel it would update with each pixel.
-// Reads the list of visible surfels, place and shape, the keyframe's measurements and its raw inverse depth. Writes a match word per visible surfel, the
-// winning surfel per pixel (the surest, then nearest to the ray, then oldest), and marks the pixels that need no new
-// surfel because a disc covers them. One item = one visible surfel.
+// Reads the list of visible surfels, place and shape, the keyframe's measurements and its raw inverse depth. Writes a
+// match word per visible surfel, the winning surfel per pixel (the surest, then nearest to the ray, then oldest), and
+// marks the pixels that need no new surfel because a disc covers them. One item = one visible surfel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "common/texels.glsl"
@@ -113,7 +113,8 @@ void visit(uint item) {
     bool supported = measured && in_range && abs(in_front) < gate && agreement > kSameSurfaceCosine;
     bool fits = supported && (agreement > kFitCosine || place.w < push.stable_confidence);
 
-    bool maybe_through = !supported && raw > 0.0 && 1.0 / max(raw, 1e-6) > position.z && abs(facing) > kSeenThroughCosine;
+    bool maybe_through =
+        !supported && raw > 0.0 && 1.0 / max(raw, 1e-6) > position.z && abs(facing) > kSeenThroughCosine;
     bool through = false;
     if (maybe_through) through = seesThrough(pixel, position.z);
 

@@ -1,5 +1,6 @@
 // Copies one stream without the removed surfels, in the same order.
-// Reads place and scanned blocks; `from` and `to` hold `pairs` pairs of words a surfel. One workgroup = one block of 1024.
+// Reads place and scanned blocks; `from` and `to` hold `pairs` pairs of words a surfel. One workgroup = one
+// block of 1024.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "common/scan.glsl"
@@ -25,7 +26,8 @@ void main() {
   uint slot = blocks[gl_WorkGroupID.x] + scanThreads(uint(bitCount(flags)));
   for (uint k = 0u; k < kFlagsPerThread; ++k) {
     if ((flags >> k & 1u) == 0u) continue;
-    for (uint word = 0u; word < push.pairs; ++word) to[slot * push.pairs + word] = from[(first + k) * push.pairs + word];
+    for (uint word = 0u; word < push.pairs; ++word)
+      to[slot * push.pairs + word] = from[(first + k) * push.pairs + word];
     ++slot;
   }
 }

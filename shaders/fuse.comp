@@ -87,7 +87,8 @@ void visit(uint item) {
     uint misses = memory & 0xffu;
     uint violations = memory >> 8;
     misses = flag >= kMissed ? min(misses + 1u, 255u) : 0u;
-    violations = flag == kViolated ? min(violations + 1u, 255u) : (flag < kMissed && violations > 0u ? violations - 1u : violations);
+    violations = flag == kViolated ? min(violations + 1u, 255u)
+                                   : (flag < kMissed && violations > 0u ? violations - 1u : violations);
     records[i].y = misses | violations << 8;
     if (wins) update(i, index);
   }

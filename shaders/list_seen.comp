@@ -1,5 +1,6 @@
-// As list_visible.comp, for one camera of a map whose surfels know when each camera last saw them: only those it has seen
-// lately (active), or only all others (inactive). Reads place and times; writes the list. One workgroup = 1024 surfels.
+// As list_visible.comp, for one camera of a map whose surfels know when each camera last saw them: only those it has
+// seen lately (active), or only all others (inactive). Reads place and times; writes the list. One workgroup = 1024
+// surfels.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "common/texels.glsl"

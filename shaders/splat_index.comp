@@ -36,7 +36,8 @@ void visit(uint item) {
       uint pixel = uint(y) * push.width + uint(x);
       float front = uintBitsToFloat(fetchWord(depths, pixel));
       uint key = uint(clamp(at.y, 0.0, 1.0) * 510.0) << kRankShift | (push.base + i);
-      if (at.y <= 1.0 && at.x > 0.0 && at.x <= front + gateOf(front) && fetchWord(keys, pixel) > key) imageAtomicMin(keys, int(pixel), key);
+      if (at.y <= 1.0 && at.x > 0.0 && at.x <= front + gateOf(front) && fetchWord(keys, pixel) > key)
+        imageAtomicMin(keys, int(pixel), key);
     }
   }
 }

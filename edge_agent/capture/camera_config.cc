@@ -140,7 +140,7 @@ std::string printCameraConfig(const CameraConfig& config) {
                   config.colour_controls) +
          printEye("depth", "Z16, INZI or Y16", config.depth_format, config.rig.depth, config.depth_controls) +
          fmt::format(
-             R"(  depth_in_colour:              # where the depth camera stands in the colour camera's frame (x right, y down, z ahead)
+             R"(  depth_in_colour:              # pose of the depth camera in the colour camera's frame (x right, y down, z ahead)
     x_m: {}
     y_m: {}
     z_m: {}

@@ -9,15 +9,16 @@
 
 namespace comap {
 
-/// Remedies for known defects of the method, and one variation. All off: the method as published, as far as that is told.
+/// Remedies for known defects of the method, and one variation. All off: the method as published, as far as
+/// that is told.
 struct PaperFixes {
-  bool noise_weights = false;      ///< depth residuals weigh by the sensor's noise, robustly, instead of all alike
-  bool brightness_gate = false;    ///< brightness is compared where depths agree to their noise instead of to 7 cm
-  bool free_directions = false;    ///< a direction that nothing in view determines keeps the prediction
-  bool check_tracking = false;     ///< a frame that does not fit the map is not fused
-  bool per_camera_graph = false;   ///< deformation nodes are ordered by camera, then time, instead of by time alone
-  bool correct_pose_log = false;   ///< local loops bend the trajectory too, not only the map
-  bool two_votes = false;          ///< maps are put together only when a second, distant match agrees
+  bool noise_weights = false;     ///< depth residuals weigh by the sensor's noise, robustly, instead of all alike
+  bool brightness_gate = false;   ///< brightness is compared where depths agree to their noise instead of to 7 cm
+  bool free_directions = false;   ///< a direction that nothing in view determines keeps the prediction
+  bool check_tracking = false;    ///< a frame that does not fit the map is not fused
+  bool per_camera_graph = false;  ///< deformation nodes are ordered by camera, then time, instead of by time alone
+  bool correct_pose_log = false;  ///< local loops bend the trajectory too, not only the map
+  bool two_votes = false;         ///< maps are put together only when a second, distant match agrees
   /// The covariance that closures are judged by is of depth and brightness, as in the system the method builds on. Its
   /// limit is not published; with that system's, textured views pass where they lie wrong. So it is not the default.
   bool joint_covariance = false;

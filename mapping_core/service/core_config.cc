@@ -78,7 +78,7 @@ std::string printCoreConfig(const CoreConfig& c) {
              R"(# The mapping core. Every key is optional; these are the values in force.
 store: {}              # file of the map store
 device: {}             # Vulkan device: auto, llvmpipe or a number of mapping_core --list-devices
-hurry_from_waiting: {}  # keyframes: with so many waiting, the next is fused at half size and loops are looked for later. 0: never
+hurry_from_waiting: {}  # keyframes: from so many on, one is fused at half size and its loops looked for later. 0: never
 link:
   domain: {}             # DDS domain, 0..230; the same as the robots'
   site: {}             # robots of this site are served
@@ -93,7 +93,7 @@ fusion:
   depth_max_m: {}
   stable_confidence: {}  # surfels below are not shown
   averaging_limit: {}    # confidence counts no more than this in the running average
-  memory_mb: {}            # that surfels may take on the device, 256 at least; more of them wait in a file. 0: what it gives
+  memory_mb: {}            # for surfels on the device, 256 at least; more of them wait in a file. 0: what it gives
 matching:                # when two keyframes see the same place
   candidates: {}         # fern candidates a keyframe in other maps
   loop_candidates: {}    # and in its own

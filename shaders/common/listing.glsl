@@ -1,5 +1,5 @@
-// Fills a list of surfels: those in view that isListed(row) admits. Needs common/frame.glsl, common/visible.glsl, places,
-// blocks as list_blocks left them, and push.count, push.min_confidence, push.max_depth, push.margin.
+// Fills a list of surfels: those in view that isListed(row) admits. Needs common/frame.glsl, common/visible.glsl,
+// places, blocks as list_blocks left them, and push.count, push.min_confidence, push.max_depth, push.margin.
 const float kNearest = 0.05;  // m
 const uint kThreads = 128u;
 const uint kSurfelsPerThread = 8u;
