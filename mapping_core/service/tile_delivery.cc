@@ -141,7 +141,8 @@ Result<void> TileDelivery::send(const Interest& interest, Receiver& to) {
     }
     sent += encoded->size();
     sent_bytes_[interest.robot] += encoded->size();
-    to.downlink.sent(due.key, due.revision, encoded->size(), now, due.removal);
+    // By now: all of these may take a while, and what counts as older is forgotten sooner.
+    to.downlink.sent(due.key, due.revision, encoded->size(), Clock::now(), due.removal);
     noteSent(interest.robot, encoded->size());
   }
   return {};
