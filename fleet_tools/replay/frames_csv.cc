@@ -27,12 +27,14 @@ enum Column : size_t {
   kGlobalLoop,
   kMerged,
   kLost,
+  kLoopPoints,
+  kLoopNodes,
   kColumns
 };
 
 constexpr const char* kHead =
     "tick,camera,track_ms,loop_ms,fuse_ms,predict_ms,ferns_ms,inter_map_ms,total_ms,maps,surfels,local_loop,"
-    "global_loop,merged,lost";
+    "global_loop,merged,lost,loop_points,loop_nodes";
 
 using Cells = std::array<std::string, kColumns>;
 
@@ -55,6 +57,8 @@ Cells cellsOf(const PaperFrameRecord& record, const std::vector<std::string>& ca
   cells[kGlobalLoop] = yesNo(record.global_loop);
   cells[kMerged] = yesNo(record.merged);
   cells[kLost] = yesNo(record.lost);
+  cells[kLoopPoints] = std::to_string(record.loop_points);
+  cells[kLoopNodes] = std::to_string(record.loop_nodes);
   return cells;
 }
 

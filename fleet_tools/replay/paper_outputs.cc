@@ -129,6 +129,8 @@ Json reportJson(const PaperCore& core, const PaperOutcome& outcome) {
                       {"ferns", spreadOf(records, [](const auto& r) { return r.ms.ferns; })},
                       {"inter_map", spreadOf(records, [](const auto& r) { return r.inter_map_ms; })}}},
                     {"local_loops", count(&PaperFrameRecord::local_loop)},
+                    {"local_loops_unbent", std::count_if(records.begin(), records.end(),
+                                                         [](const auto& r) { return r.local_loop && !r.loop_nodes; })},
                     {"global_loops", count(&PaperFrameRecord::global_loop)},
                     {"device", outcome.device},
                     {"peak_rss_mb", static_cast<double>(usage.ru_maxrss) / 1024}};

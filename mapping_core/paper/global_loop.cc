@@ -56,6 +56,8 @@ Result<LoopReport> closeGlobalLoop(const LoopContext& c, const FernView& seen) {
   const DeformationOptions& options = c.options.graph;
   DeformationGraph graph =
       sampleGraph(*surfels, c.owners, options.stride * options.global_share, options.most_nodes, c.nodeOrder());
+  report.constraints = constraints.size();
+  report.free_nodes = graph.nodes().size();
   report.solve = solveDeformation(graph, constraints, {});
   if (!report.solve.solved || report.solve.mean_error_m >= options.global_error_m ||
       report.solve.cost >= options.global_cost)

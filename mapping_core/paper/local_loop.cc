@@ -23,7 +23,7 @@ std::vector<DeformationConstraint> constraintsOf(const LoopContext& c, const Tim
       DeformationConstraint constraint;
       constraint.source = {c.camera.T_map_cam * point, {c.camera.index, c.tick}};
       constraint.target = {T_map_cam * point, c.owners[inactive.owners.at(x, y)]};
-      constraint.pin = c.frame.deformed_at == 0;
+      constraint.pin = c.deformedAt() == 0;
       constraints.push_back(constraint);
     }
   return constraints;
@@ -33,7 +33,7 @@ std::vector<DeformationConstraint> constraintsOf(const LoopContext& c, const Tim
 std::vector<bool> frozenNodes(const LoopContext& c, const DeformationGraph& graph) {
   std::vector<bool> frozen;
   for (const DeformationNode& node : graph.nodes())
-    frozen.push_back(node.time.tick <= c.frame.deformed_at && c.frame.deformed_at > 0);
+    frozen.push_back(node.time.tick <= c.deformedAt() && c.deformedAt() > 0);
   if (c.options.fixes.per_camera_graph)
     for (size_t n = 0; n < frozen.size(); ++n) frozen[n] = frozen[n] || graph.nodes()[n].time.camera != c.camera.index;
   return frozen;
@@ -69,14 +69,17 @@ Result<LoopReport> closeLocalLoop(const LoopContext& c, const TimedView& active)
   const DeformationOptions& options = c.options.graph;
   DeformationGraph graph = sampleGraph(*surfels, c.owners, options.stride, options.most_nodes, c.nodeOrder());
   const std::vector<bool> frozen = frozenNodes(c, graph);
-  // Where nothing may bend any more the camera goes where it belongs, and both surfaces become active.
-  if (std::find(frozen.begin(), frozen.end(), false) != frozen.end()) {
+  report.constraints = constraints.size();
+  report.free_nodes = static_cast<size_t>(std::count(frozen.begin(), frozen.end(), false));
+  // Where nothing may bend any more the camera goes where it belongs, and both surfaces become active: so it is with
+  // all cameras of a map but the first that closes a loop in the same tick, unless each has nodes of its own.
+  if (report.free_nodes > 0) {
     report.solve = solveDeformation(graph, constraints, frozen);
     if (!report.solve.solved) return report;
     if (auto moved = deformMap(c.frame.map, c.owners, graph, c.tick); !moved) return moved.error();
     keepTies(c, graph, constraints);
     c.movePoses(graph, c.options.fixes.correct_pose_log);
-    c.frame.deformed_at = c.tick;
+    c.deformedAt() = c.tick;
   }
   c.camera.T_map_cam = T_map_cam;
   const auto now = region.predictActive(T_map_cam);

@@ -19,6 +19,15 @@ bool fitsCamera(const Frame& frame) {
   return fits(frame.colour) && fits(frame.depth);
 }
 
+std::string loopText(const StepReport& step) {
+  const std::string kind = step.local_loop ? "local" : "global";
+  if (step.loop.free_nodes == 0)
+    return fmt::format("closed a {} loop by moving alone: no node of the map was free to bend", kind);
+  return fmt::format("closed a {} loop: {} points, {} nodes free, {:.4f} m apart before and {:.4f} m after", kind,
+                     step.loop.constraints, step.loop.free_nodes, step.loop.solve.start_error_m,
+                     step.loop.solve.mean_error_m);
+}
+
 }  // namespace
 
 Result<std::unique_ptr<PaperCore>> PaperCore::create(gpu::Device& device, const PaperOptions& options, Log log) {
@@ -74,8 +83,7 @@ Result<void> PaperCore::playRound(const std::vector<std::optional<Frame>>& frame
     if (!step) return Error{step.error().code, "camera " + camera.name + ": " + step.error().text};
     if (step->lost) log_(fmt::format("tick {}: camera {} could not be tracked", tick_, camera.name));
     if (step->local_loop || step->global_loop)
-      log_(fmt::format("tick {}: camera {} closed a {} loop", tick_, camera.name,
-                       step->local_loop ? "local" : "global"));
+      log_(fmt::format("tick {}: camera {} {}", tick_, camera.name, loopText(*step)));
     PaperFrameRecord record;
     record.tick = tick_;
     record.camera = i;
@@ -83,6 +91,8 @@ Result<void> PaperCore::playRound(const std::vector<std::optional<Frame>>& frame
     record.lost = step->lost;
     record.local_loop = step->local_loop;
     record.global_loop = step->global_loop;
+    record.loop_points = step->loop.constraints;
+    record.loop_nodes = step->loop.free_nodes;
     records.push_back(record);
   }
   for (PaperFrameRecord& record : records) {

@@ -17,6 +17,7 @@ struct PaperFrameRecord {
   double inter_map_ms = 0;
   size_t maps = 0, surfels = 0;  ///< after it; surfels of its own map
   bool local_loop = false, global_loop = false, merged = false, lost = false;
+  size_t loop_points = 0, loop_nodes = 0;  ///< of a closed loop: constraints, and nodes that could move
 };
 
 /// One map taken into another, for good.

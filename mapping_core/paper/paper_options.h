@@ -16,7 +16,7 @@ struct PaperFixes {
   bool brightness_gate = false;   ///< brightness is compared where depths agree to their noise instead of to 7 cm
   bool free_directions = false;   ///< a direction that nothing in view determines keeps the prediction
   bool check_tracking = false;    ///< a frame that does not fit the map is not fused
-  bool per_camera_graph = false;  ///< deformation nodes are ordered by camera, then time, instead of by time alone
+  bool per_camera_graph = false;  ///< each camera bends nodes of its own, and its loops freeze no one else's
   bool correct_pose_log = false;  ///< local loops bend the trajectory too, not only the map
   bool two_votes = false;         ///< maps are put together only when a second, distant match agrees
   /// The covariance that closures are judged by is of depth and brightness, as in the system the method builds on. Its
@@ -29,6 +29,7 @@ struct PaperFixes {
 struct PaperFix {
   const char* name;
   bool PaperFixes::*chosen;
+  bool remedy = true;  ///< else a variation, which is no part of "all remedies"
 };
 inline constexpr PaperFix kPaperFixes[] = {{"noise-weights", &PaperFixes::noise_weights},
                                            {"brightness-gate", &PaperFixes::brightness_gate},
@@ -37,7 +38,7 @@ inline constexpr PaperFix kPaperFixes[] = {{"noise-weights", &PaperFixes::noise_
                                            {"per-camera-graph", &PaperFixes::per_camera_graph},
                                            {"correct-pose-log", &PaperFixes::correct_pose_log},
                                            {"two-votes", &PaperFixes::two_votes},
-                                           {"joint-covariance", &PaperFixes::joint_covariance},
+                                           {"joint-covariance", &PaperFixes::joint_covariance, false},
                                            {"independent-gates", &PaperFixes::independent_gates}};
 
 /// What a registration must reach, for 640 x 480 pixels; other sizes are scaled.

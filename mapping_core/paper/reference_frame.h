@@ -36,7 +36,8 @@ struct PaperCamera {
   CameraModel model;
   Pose T_map_cam;
   std::vector<LoggedPose> log{};
-  size_t frame = 0;  ///< which reference frame it moves in
+  size_t frame = 0;          ///< which reference frame it moves in
+  uint32_t deformed_at = 0;  ///< tick of its last local deformation, where each camera has nodes of its own; 0 = none
   // What the next frame is tracked against.
   Pyramid live{};       ///< of the last frame
   Pyramid reference{};  ///< predicted from the last pose

@@ -76,11 +76,13 @@ Result<void> SequentialMapper::closeLoops(const LoopContext& context, const Fram
     const auto global = closeGlobalLoop(context, fernViewOf(book_, filled, camera.model));
     if (!global) return global.error();
     report.global_loop = global->closed;
+    if (global->closed) report.loop = *global;
   }
   if (report.global_loop || !may_be_local) return {};
   const auto local = closeLocalLoop(context, *active);
   if (!local) return local.error();
   report.local_loop = local->closed;
+  if (local->closed) report.loop = *local;
   return {};
 }
 

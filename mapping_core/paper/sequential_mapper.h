@@ -15,6 +15,7 @@ struct StepReport {
   bool lost = false;        ///< could not be tracked: kept its pose
   bool local_loop = false;  ///< closed in this step
   bool global_loop = false;
+  LoopReport loop;  ///< of the one that was closed
 };
 
 /// Thread rule: one thread.

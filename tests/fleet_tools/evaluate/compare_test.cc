@@ -109,10 +109,10 @@ TEST(Compare, ThePageShowsTimesOverTheNumberOfCameras) {
 
 TEST(Compare, ThePageEscapesNamesAndDrawsTheRounds) {
   const TemporaryFolder folder;
-  const std::string head = "tick,camera,a,b,c,d,e,f,total,maps,surfels,l,g,merged,lost\n";
-  const auto times = readRoundTimes(folder.write(
-      "frames.csv",
-      head + "1,a,0,0,0,0,0,0,40.5,2,9,0,0,0,0\n1,b,0,0,0,0,0,0,10,2,9,0,0,0,0\n2,a,0,0,0,0,0,0,99,1,9,0,0,1,0\n"));
+  const std::string head = "tick,camera,a,b,c,d,e,f,total,maps,surfels,l,g,merged,lost,points,nodes\n";
+  const auto times = readRoundTimes(
+      folder.write("frames.csv", head + "1,a,0,0,0,0,0,0,40.5,2,9,0,0,0,0,0,0\n1,b,0,0,0,0,0,0,10,2,9,0,0,0,0,0,0\n"
+                                        "2,a,0,0,0,0,0,0,99,1,9,0,0,1,0,0,0\n"));
   ASSERT_TRUE(times) << times.error().text;
   EXPECT_EQ(times->cameras, (std::vector<std::string>{"a", "b"}));
   EXPECT_DOUBLE_EQ(times->ms[0][0], 40.5);
@@ -126,7 +126,7 @@ TEST(Compare, ThePageEscapesNamesAndDrawsTheRounds) {
   const auto damaged = readRoundTimes(folder.write("bad.csv", head + "1,a,0\n"));
   ASSERT_FALSE(damaged);
   EXPECT_EQ(damaged.error().code, ErrorCode::kBadData);
-  const auto words = readRoundTimes(folder.write("bad2.csv", head + "x,a,0,0,0,0,0,0,1,2,9,0,0,0,0\n"));
+  const auto words = readRoundTimes(folder.write("bad2.csv", head + "x,a,0,0,0,0,0,0,1,2,9,0,0,0,0,0,0\n"));
   ASSERT_FALSE(words);
   EXPECT_NE(words.error().text.find("bad2.csv:2"), std::string::npos) << words.error().text;
 }

@@ -126,6 +126,51 @@ TEST(PaperCore, AfterALostFrameTheCameraGoesOnFromTheLastTrackedOne) {
   EXPECT_LT((along(0.12).inverse() * log.back().T_map_cam).angle() * 180 / std::numbers::pi, 0.3);
 }
 
+TEST(PaperCore, AFrameThatDoesNotFitIsFusedUnlessTrackingIsChecked) {
+  COMAP_DEVICE_OR_SKIP(device);
+  const Scene room = Scene::room();
+  for (const bool checked : {false, true}) {
+    PaperOptions options;
+    options.fixes.check_tracking = checked;
+    const auto core = makeCore(device, 1, options);
+    int i = 0;
+    for (; i < 12; ++i) ASSERT_TRUE(core->playRound({room.render(kCamera, along(0.01 * i), i)}));
+    const size_t before = core->frameOf(0).map.size();
+    // A hand before most of the lens: the rest still tells where the camera is.
+    Frame covered = room.render(kCamera, along(0.12), i);
+    for (int y = 0; y < kCamera.height; ++y)
+      for (int x = 0; x < kCamera.width * 7 / 10; ++x) covered.depth.at(x, y) = kDepthUnitsPerMetre / 2;
+    ASSERT_TRUE(core->playRound({covered}));
+    EXPECT_EQ(core->records().back().lost, checked);
+    if (checked)
+      EXPECT_EQ(core->frameOf(0).map.size(), before);
+    else
+      EXPECT_GT(core->frameOf(0).map.size(), before);
+  }
+}
+
+// a and b walk the same wall in opposite directions and meet in the middle.
+TEST(PaperCore, WithTwoVotesOneMatchIsNotEnough) {
+  COMAP_DEVICE_OR_SKIP(device);
+  const Scene room = Scene::room();
+  constexpr int kFrames = 44;
+  std::vector<Frame> a, b;
+  for (int i = 0; i < kFrames; ++i) {
+    a.push_back(room.render(kCamera, along(0.02 * i), i));
+    b.push_back(room.render(kCamera, along(0.8 - 0.02 * i), i));
+  }
+  std::vector<uint32_t> merged;
+  for (const bool twice : {false, true}) {
+    PaperOptions options;
+    options.fixes.two_votes = twice;
+    const auto core = makeCore(device, 2, options);
+    for (size_t i = 0; i < kFrames && core->merges().empty(); ++i) ASSERT_TRUE(core->playRound({a[i], b[i]}));
+    ASSERT_EQ(core->merges().size(), 1u) << twice;
+    merged.push_back(core->merges()[0].tick);
+  }
+  EXPECT_GE(merged[1], merged[0] + 15) << "30 cm at 2 cm a frame lie between the two votes";
+}
+
 TEST(PaperCore, RoundsAndFramesThatDoNotFitAreRefused) {
   COMAP_DEVICE_OR_SKIP(device);
   const auto core = makeCore(device, 1);

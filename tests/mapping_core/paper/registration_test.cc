@@ -53,6 +53,30 @@ TEST(Registration, ThePictureOnAWallHoldsTheCameraWhereItsShapeDoesNot) {
   EXPECT_TRUE(!open || !passes(open->fit, options.closure, camera, false)) << "nothing holds it along a bare wall";
 }
 
+TEST(Registration, IndependentGatesDoNotGrowLooserWithTheOverlap) {
+  const PaperOptions options;
+  const CameraModel camera = smallCamera();
+  const double pixels = static_cast<double>(camera.width) * camera.height;
+  Fit fit;
+  fit.worst_variance = 0;
+  fit.compared = static_cast<size_t>(0.9 * pixels);
+  fit.inliers = static_cast<size_t>(0.8 * pixels);
+  const auto leave = [&](double rms_m) {
+    fit.rms_m = rms_m;
+    fit.error = rms_m / std::sqrt(static_cast<double>(fit.inliers));
+  };
+  leave(0.02);
+  EXPECT_TRUE(passes(fit, options.closure, camera, false)) << "2 cm are let pass where views overlap much";
+  EXPECT_FALSE(passes(fit, options.closure, camera, true));
+  leave(0.01);
+  EXPECT_TRUE(passes(fit, options.closure, camera, true));
+  // Little of what both see fits, and that little well.
+  fit.inliers = static_cast<size_t>(0.3 * pixels);
+  leave(0.002);
+  EXPECT_TRUE(passes(fit, options.closure, camera, false));
+  EXPECT_FALSE(passes(fit, options.closure, camera, true));
+}
+
 TEST(Registration, BrightnessIsNotComparedBetweenSurfacesTwelveCentimetresApart) {
   const Pyramid reference = wall(true), frame = wall(true, 0.12, 3);
   const auto shiftOf = [&](double gate_m) {
