@@ -1,6 +1,7 @@
 #include "fleet_tools/evaluate/compare.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "fleet_tools/command_line/text_table.h"
 
@@ -23,16 +24,45 @@ json number(const json& from, std::initializer_list<const char*> path) {
   return found && found->is_number() ? *found : json(nullptr);
 }
 
+// Robots of the map with the most surfels, which is that of map.ply, of doubles and of the pictures.
+json robotsOfLargest(const json& report) {
+  json robots = nullptr;
+  double most = -1;
+  if (const json* maps = at(report, {"maps"}); maps && maps->is_array())
+    for (const json& map : *maps) {
+      const json surfels = number(map, {"surfels"});
+      if (!surfels.is_number() || surfels.get<double>() <= most || !map.contains("robots")) continue;
+      most = surfels.get<double>();
+      robots = map["robots"];
+    }
+  return robots;
+}
+
+// Remedies that a run of the paper mode had, by their names on the command line.
+json fixesOf(const json& report) {
+  json names = json::array();
+  if (const json* fixes = at(report, {"fixes"}); fixes && fixes->is_object())
+    for (const auto& [key, on] : fixes->items()) {
+      if (!on.is_boolean() || !on.get<bool>()) continue;
+      std::string name = key;
+      std::replace(name.begin(), name.end(), '_', '-');
+      names.push_back(name);
+    }
+  return names;
+}
+
 // What both modes tell of a run.
 json numbersOf(const json& report) {
   json numbers;
   double frames = 0, bytes = 0;
-  for (const char* key : {"ate_rmse_m", "ate_pairs", "ate_reason", "frames_of"}) numbers[key] = json::object();
+  for (const char* key : {"ate_rmse_m", "ate_pairs", "ate_reason", "frames_of", "lost_frames"})
+    numbers[key] = json::object();
   if (const json* robots = at(report, {"robots"}); robots && robots->is_object()) {
     for (const auto& [name, robot] : robots->items()) {
       numbers["ate_rmse_m"][name] = number(robot, {"ate_rmse_m"});
       numbers["ate_pairs"][name] = number(robot, {"ate_pairs"});
       numbers["frames_of"][name] = number(robot, {"frames"});
+      numbers["lost_frames"][name] = number(robot, {"tracking_lost_frames"});
       const json* reason = at(robot, {"ate_reason"});
       if (reason && reason->is_string()) numbers["ate_reason"][name] = *reason;
       frames += robot.value("frames", 0.0);
@@ -47,6 +77,12 @@ json numbersOf(const json& report) {
   numbers["surface_mean_m"] = number(report, {"surface", "accuracy_mean_m"});
   numbers["completeness_2cm"] = number(report, {"surface", "completeness_2cm"});
   numbers["double_surface"] = number(report, {"double_surface"});
+  for (const char* key : {"joint_ate_reason", "surface_reason"}) {
+    const json* reason = at(report, {key});
+    numbers[key] = reason && reason->is_string() ? *reason : json(nullptr);
+  }
+  numbers["largest_map"] = robotsOfLargest(report);
+  numbers["fixes"] = fixesOf(report);
   numbers["maps"] = count("maps");
   numbers["merges"] = count("merges");
   numbers["false_merges"] = number(report, {"closures", "false_merges_standing"});
@@ -67,6 +103,14 @@ std::string cell(const json& value, double scale, int decimals) {
   return value.is_number() ? fixed(scale * value.get<double>(), decimals) : "-";
 }
 
+std::string listText(const json& names) {
+  std::string text;
+  for (const json& name : names) text += (text.empty() ? "" : ", ") + name.get<std::string>();
+  return text;
+}
+
+std::string robotsText(const json& robots) { return (robots.size() == 1 ? "robot " : "robots ") + listText(robots); }
+
 struct Said {
   bool accurate = true;
   std::vector<std::string> words;
@@ -86,27 +130,60 @@ void compareOne(const std::string& what, const json& graph, const json& paper, d
                        fixed(paper.get<double>(), 4));
 }
 
-// What must be known beside a pair of errors: that one is missing, or that they are not of the same frames.
-void noteFrames(const std::string& input, const json& graph, const json& paper, json& notes) {
-  for (const auto& [robot, ate] : paper["ate_rmse_m"].items()) {
-    const auto tell = [&, &name = robot](const char* mode, const json& numbers) {
-      const auto reason = numbers["ate_reason"].find(name);
-      if (reason == numbers["ate_reason"].end()) return;
-      notes.push_back(input + ", ATE of " + name + ", " + mode + " mode: none, " + reason->get<std::string>());
-    };
-    tell("graph", graph);
-    tell("paper", paper);
-    const json one = graph["ate_pairs"].value(robot, json()), other = paper["ate_pairs"].value(robot, json());
-    if (!one.is_number() || !other.is_number() || one == other) continue;
-    notes.push_back(input + ", ATE of " + robot + ": of " + one.dump() + " poses in the graph mode, of " +
-                    other.dump() + " in the paper mode");
+// What must be known of a robot's pair of errors: that one is missing, or that they are not of the same frames.
+void noteRobot(const std::string& what, const std::string& robot, const json& graph, const json& paper, json& notes) {
+  const auto hasNone = [&](const json& numbers) {
+    return !numbers["ate_rmse_m"].value(robot, json()).is_number() && !numbers["ate_reason"].contains(robot);
+  };
+  if (hasNone(graph) && hasNone(paper)) notes.push_back(what + ": no truth is known of " + robot);
+  for (const auto& [mode, numbers] : {std::pair("graph", &graph), std::pair("paper", &paper)}) {
+    if (numbers->at("ate_reason").contains(robot))
+      notes.push_back(what + ", ATE of " + robot + ", " + mode + " mode: none, " +
+                      numbers->at("ate_reason").at(robot).get<std::string>());
+    const json lost = numbers->at("lost_frames").value(robot, json());
+    if (lost.is_number() && lost.get<double>() > 0)
+      notes.push_back(what + ", " + mode + " mode: " + robot + " was lost in " + lost.dump() + " of " +
+                      numbers->at("frames_of").value(robot, json()).dump() + " frames");
   }
+  const json one = graph["ate_pairs"].value(robot, json()), other = paper["ate_pairs"].value(robot, json());
+  if (!one.is_number() || !other.is_number() || one == other) return;
+  notes.push_back(what + ", ATE of " + robot + ": of " + one.dump() + " poses in the graph mode, of " + other.dump() +
+                  " in the paper mode");
 }
+
+// Of a row: what it is measured on, where that is not all of it.
+void noteRow(const std::string& what, const json& graph, const json& paper, json& notes) {
+  for (const auto& [mode, numbers] : {std::pair("graph", &graph), std::pair("paper", &paper)}) {
+    const json& maps = numbers->at("maps");
+    if (maps.is_number() && maps.get<double>() > 1 && numbers->at("largest_map").is_array())
+      notes.push_back(what + ", " + mode + " mode: doubles and pictures are of the largest of " + maps.dump() +
+                      " maps, " + robotsText(numbers->at("largest_map")));
+    if (numbers->at("surface_reason").is_string() && !numbers->at("joint_ate_reason").is_null())
+      notes.push_back(what + ", joint ATE and surface, " + mode + " mode: none, " +
+                      numbers->at("joint_ate_reason").get<std::string>());
+  }
+  if (graph["largest_map"] != paper["largest_map"])
+    notes.push_back(what + ": the largest map is not of the same robots in both modes, so doubles are not compared");
+}
+
+// Why no trajectory has an error.
+std::string whyUnknown(const json& inputs) {
+  for (const json& input : inputs)
+    for (const char* mode : {"graph", "paper"})
+      for (const auto& [robot, reason] : input.at(mode).at("ate_reason").items())
+        return "no trajectory can be measured (" + robot + ": " + reason.get<std::string>() + ")";
+  return "there is no truth";
+}
+
+// A share in percent; near a tenth with so many decimals that it shows on which side it lies.
+std::string percent(double share) { return fixed(100 * share, std::abs(share - 0.1) < 0.001 ? 3 : 1) + " %"; }
 
 }  // namespace
 
 std::vector<std::pair<std::string, json>> rowsOf(const json& input) {
-  std::vector<std::pair<std::string, json>> rows = {{"graph", input.at("graph")}, {"paper", input.at("paper")}};
+  std::string published = "paper";
+  for (const json& fix : input.at("paper").at("fixes")) published += " + " + fix.get<std::string>();
+  std::vector<std::pair<std::string, json>> rows = {{"graph", input.at("graph")}, {published, input.at("paper")}};
   for (const json& remedy : input.at("remedies"))
     rows.emplace_back("+ " + remedy.at("name").get<std::string>(), remedy.at("numbers"));
   return rows;
@@ -131,25 +208,31 @@ json compareJson(const std::vector<ComparedInput>& inputs) {
       compareOne(input.name + ", ATE of " + robot + " (m)", graph["ate_rmse_m"].value(robot, json()), ate, kSame_m,
                  said);
     compareOne(input.name + ", surface (m)", graph["surface_mean_m"], paper["surface_mean_m"], kSame_m, said);
+    constexpr double kSameShare = 5e-4;
+    if (graph["largest_map"] == paper["largest_map"])
+      compareOne(input.name + ", doubles (share)", graph["double_surface"], paper["double_surface"], kSameShare, said);
     // Maps that only a wrong match has put together are no merit, and an error across them no standard.
     const auto falseMerges = [](const json& numbers) {
       return numbers["false_merges"].is_number() ? numbers["false_merges"].get<double>() : 0.0;
     };
     if (falseMerges(paper) <= falseMerges(graph)) {
-      compareOne(input.name + ", joint ATE (m)", graph["joint_ate_rmse_m"], paper["joint_ate_rmse_m"], kSame_m, said);
+      if (paper["ate_rmse_m"].size() > 1)  // else it is the own one
+        compareOne(input.name + ", joint ATE (m)", graph["joint_ate_rmse_m"], paper["joint_ate_rmse_m"], kSame_m, said);
       compareOne(input.name + ", maps", graph["maps"], paper["maps"], 0, said);
     }
     compareOne(input.name + ", false merges", graph["false_merges"], paper["false_merges"], 0, said);
     const double share = graph["uplink_bytes"].get<double>() / std::max(1.0, paper["uplink_bytes"].get<double>());
     if (share > 0.1) {
       tenth = false;
-      said.words.push_back(input.name + ", bytes sent: the graph mode sends " + fixed(100 * share, 1) +
-                           " % of what the paper mode sends, not a tenth");
+      said.words.push_back(input.name + ", bytes sent: the graph mode sends " + percent(share) +
+                           " of what the paper mode sends, not a tenth");
     }
     accurate = accurate && said.accurate;
     for (const json* mode : {&graph, &paper})
       for (const auto& [robot, ate] : (*mode)["ate_rmse_m"].items()) known = known || ate.is_number();
-    noteFrames(input.name, graph, paper, comparison["notes"]);
+    for (const auto& [robot, ate] : paper["ate_rmse_m"].items())
+      noteRobot(input.name, robot, graph, paper, comparison["notes"]);
+    noteRow(input.name, graph, paper, comparison["notes"]);
     json remedies = json::array();
     for (const auto& [name, report] : input.remedies)
       remedies.push_back({{"name", name}, {"numbers", numbersOf(report)}});
@@ -157,6 +240,9 @@ json compareJson(const std::vector<ComparedInput>& inputs) {
         {{"name", input.name}, {"graph", graph}, {"paper", paper}, {"remedies", remedies}, {"bytes_share", share}});
     for (const std::string& word : said.words) comparison["not_so"].push_back(word);
   }
+  if (const json fixes = inputs.empty() ? json::array() : fixesOf(inputs.front().paper); !fixes.empty())
+    comparison["notes"].push_back("the paper mode is not as published, but with " + listText(fixes));
+  comparison["not_known_because"] = known ? json(nullptr) : json(whyUnknown(comparison["inputs"]));
   comparison["at_least_as_accurate"] = known ? json(accurate) : json(nullptr);
   comparison["a_tenth_of_the_bytes"] = tenth;
   return comparison;
@@ -178,11 +264,12 @@ std::string compareText(const json& comparison) {
     }
   std::string text = table.text();
   const json& accurate = comparison.at("at_least_as_accurate");
-  text += "graph mode at least as accurate in each row: " +
-          std::string(accurate.is_null()     ? "not known, there is no truth"
-                      : accurate.get<bool>() ? "yes"
-                                             : "no") +
-          "\n";
+  text +=
+      "graph mode at least as accurate in each row: " +
+      std::string(accurate.is_null() ? "not known, " + printable(comparison.at("not_known_because").get<std::string>())
+                  : accurate.get<bool>() ? "yes"
+                                         : "no") +
+      "\n";
   text += "graph mode sends at most a tenth of the bytes: " +
           std::string(comparison.at("a_tenth_of_the_bytes").get<bool>() ? "yes" : "no") + "\n";
   for (const json& word : comparison.at("not_so")) text += "  " + printable(word.get<std::string>()) + "\n";

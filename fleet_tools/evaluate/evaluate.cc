@@ -164,8 +164,14 @@ Result<RobotEvaluation> evaluateRobot(const std::string& trajectory, const std::
   if (!reference) return reference.error();
   robot.own.poses = estimate->size();
   robot.own.pairs = associate(*estimate, *reference);
-  robot.own_reason = "only " + std::to_string(robot.own.pairs.size()) + " of its " + std::to_string(robot.own.poses) +
-                     " poses have a truth, 3 are needed";
+  const std::string poses = std::to_string(robot.own.poses);
+  if (robot.own.poses < 3)
+    robot.own_reason = "its trajectory has " + poses + " poses, 3 are needed";
+  else if (robot.own.pairs.empty())
+    robot.own_reason = "none of its " + poses + " poses has a time within 0.02 s of one of the truth's";
+  else
+    robot.own_reason =
+        "only " + std::to_string(robot.own.pairs.size()) + " of its " + poses + " poses have a truth, 3 are needed";
   return robot;
 }
 

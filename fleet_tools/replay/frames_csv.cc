@@ -99,7 +99,7 @@ Result<RoundTimes> readRoundTimes(const std::string& path) {
       if (times.ms.size() < tick) times.ms.resize(tick);
       if (times.ms[tick - 1].size() <= camera) times.ms[tick - 1].resize(camera + 1, 0.0);
       times.ms[tick - 1][camera] = std::stod(cells[kTotal_ms]);
-      if (cells[kMerged] == "1") times.merges.push_back(tick - 1);
+      if (cells[kMerged] == "1") times.merges.push_back(tick);
     } catch (const std::exception&) {
       return bad();
     }

@@ -19,7 +19,7 @@ std::string framesCsv(const std::vector<PaperFrameRecord>& records, const std::v
 struct RoundTimes {
   std::vector<std::string> cameras;
   std::vector<std::vector<double>> ms;  ///< of each tick, of each camera
-  std::vector<size_t> merges;           ///< ticks, from 0
+  std::vector<size_t> merges;           ///< ticks, the first being 1
 };
 
 /// Reads such a file. kUnreachable, kBadData.

@@ -1,13 +1,12 @@
 #include "fleet_tools/replay/replay_compare.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <functional>
 #include <thread>
 
-#include "edge_agent/capture/source_uri.h"
 #include "fleet_tools/evaluate/compare.h"
 #include "fleet_tools/evaluate/evaluate.h"
+#include "fleet_tools/replay/compare_truth.h"
 #include "fleet_tools/replay/run_outputs.h"
 #include "fleet_tools/report/compare_page.h"
 #include "fleet_tools/report/map_pictures.h"
@@ -17,34 +16,11 @@
 namespace comap {
 namespace {
 
-namespace fs = std::filesystem;
 using nlohmann::json;
-
-// Where a recorded folder keeps its truth; empty if it has none.
-std::string truthBeside(const std::string& source) {
-  constexpr const char* kScheme = "tum:";
-  const auto place = parseTumPlace(source.starts_with(kScheme) ? source.substr(4) : source);
-  if (!place) return "";
-  const std::string file = place->directory + "/groundtruth.txt";
-  std::error_code none;
-  return fs::exists(file, none) ? file : "";
-}
-
-RunTruth truthOf(const ReplayOptions& options, const CompareOptions& compare) {
-  RunTruth truth;
-  truth.surface = compare.truth.surface;
-  truth.spare_short = true;
-  for (const ReplayRobot& robot : options.robots) {
-    const auto given = compare.truth.trajectories.find(robot.name);
-    const std::string file = given != compare.truth.trajectories.end() ? given->second : truthBeside(robot.source);
-    if (!file.empty()) truth.trajectories[robot.name] = file;
-  }
-  return truth;
-}
 
 // The report as it is after evaluation, if there is anything to evaluate with.
 Result<json> evaluated(const ReplayOptions& options, const CompareOptions& compare, json report) {
-  const RunTruth truth = truthOf(options, compare);
+  const RunTruth truth = truthOf(options.robots, compare.truth);
   if (truth.trajectories.empty()) return report;
   const int threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
   const auto evaluation = evaluateRun(options.out, truth, threads);
@@ -112,7 +88,7 @@ Result<ComparedInput> runBoth(const ReplayOptions& options, const PaperOptions& 
   return input;
 }
 
-// The paper mode with each remedy by itself, then with all.
+// The paper mode with each remedy by itself, then with all; variations that are none have only rows of their own.
 Result<void> runRemedies(const ReplayOptions& options, const PaperOptions& paper, const CompareOptions& compare,
                          RunSeries& series, const ReplayProgress& progress, ComparedInput& input) {
   const auto run = [&](const std::string& name, const PaperFixes& fixes) -> Result<void> {
@@ -128,7 +104,8 @@ Result<void> runRemedies(const ReplayOptions& options, const PaperOptions& paper
   PaperFixes all;
   for (const PaperFix& fix : kPaperFixes) {
     PaperFixes only;
-    only.*fix.chosen = all.*fix.chosen = true;
+    only.*fix.chosen = true;
+    all.*fix.chosen = fix.remedy;
     if (auto done = run(fix.name, only); !done) return done;
   }
   return run("all", all);
@@ -149,6 +126,19 @@ std::vector<std::vector<ReplayRobot>> smallerSets(const std::vector<ReplayRobot>
   return found;
 }
 
+// Whose map a mode's pictures show, if there are several.
+std::string pictured(const json& report) {
+  const json& maps = report.at("maps");
+  if (maps.size() < 2) return "";
+  const auto largest = std::max_element(maps.begin(), maps.end(), [](const json& a, const json& b) {
+    return a.at("surfels").get<double>() < b.at("surfels").get<double>();
+  });
+  std::string robots;
+  for (const json& robot : largest->at("robots")) robots += (robots.empty() ? "" : ", ") + robot.get<std::string>();
+  return ", largest of " + std::to_string(maps.size()) +
+         " maps: " + (largest->at("robots").size() == 1 ? "robot " : "robots ") + robots;
+}
+
 // Each picture of the graph mode with the same one of the paper mode.
 Result<std::vector<ReportPicture>> picturesOf(const std::string& out) {
   std::vector<std::vector<ReportPicture>> of_modes;
@@ -158,7 +148,7 @@ Result<std::vector<ReportPicture>> picturesOf(const std::string& out) {
     const auto report = readReport(out + "/" + mode);
     if (!report) return report.error();
     for (ReportPicture& picture : *pictures) {
-      picture.title = mode + " mode: " + picture.title;
+      picture.title = mode + " mode: " + picture.title + pictured(*report);
       picture.colours = robotColours(*report);
     }
     of_modes.push_back(std::move(*pictures));
@@ -172,11 +162,13 @@ Result<std::vector<ReportPicture>> picturesOf(const std::string& out) {
 
 }  // namespace
 
+size_t runsOf(const std::vector<ReplayRobot>& robots, const CompareOptions& compare) {
+  const size_t sets = 1 + (compare.alone || compare.sets ? smallerSets(robots, compare.sets).size() : 0);
+  return 2 * sets + (compare.ablation ? std::size(kPaperFixes) + 1 : 0);
+}
+
 Result<json> replayCompare(const ReplayOptions& options, const PaperOptions& paper, const CompareOptions& compare,
                            RunSeries& series, const ReplayProgress& progress) {
-  for (const auto& [name, file] : compare.truth.trajectories)
-    if (std::none_of(options.robots.begin(), options.robots.end(), [&](const auto& r) { return r.name == name; }))
-      return Error{ErrorCode::kWrongUse, "--truth " + name + "=" + file + ": there is no robot " + name};
   std::vector<ComparedInput> inputs;
   if (compare.alone || compare.sets) {
     for (const std::vector<ReplayRobot>& set : smallerSets(options.robots, compare.sets)) {

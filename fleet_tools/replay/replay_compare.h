@@ -14,6 +14,9 @@ struct CompareOptions {
   bool ablation = false;  ///< of all robots also the paper mode with each remedy by itself, and with all
 };
 
+/// How many runs that will be.
+size_t runsOf(const std::vector<ReplayRobot>& robots, const CompareOptions& compare);
+
 /// Runs and evaluates into OUT/graph and OUT/paper (smaller sets of robots: OUT/alone-NAME/graph, OUT/set-a+b/graph
 /// ...; remedies: OUT/fix-NAME, OUT/fix-all), writes OUT/compare.json and compare.html, and returns the former. Runs
 /// that `series`, of OUT, knows as finished are not run again.

@@ -12,12 +12,14 @@
 #include "fleet_tools/command_line/fail.h"
 #include "fleet_tools/command_line/verb.h"
 #include "fleet_tools/evaluate/compare.h"
+#include "fleet_tools/replay/compare_truth.h"
 #include "fleet_tools/replay/replay.h"
 #include "fleet_tools/replay/replay_compare.h"
 #include "fleet_tools/replay/run_folder.h"
 #include "fleet_tools/replay/run_outputs.h"
 #include "fleet_tools/replay/run_series.h"
 #include "fleet_tools/replay/run_summary.h"
+#include "mapping_core/surfels/seen_times.h"
 #include "protocol/keys/credentials.h"
 #include "protocol/types/counted.h"
 
@@ -47,7 +49,7 @@ struct ReplayArguments {
   PaperOptions paper;
   std::vector<std::string> fixes;
   CompareOptions compare;
-  bool side_by_side = false;
+  bool side_by_side = false, link_given = false, mode_given = false;
   std::vector<std::string> truths;
   int seeds = 0;  // 0: one run, in --out itself
   bool overwrite = false, json = false;
@@ -172,14 +174,10 @@ int runSeeds(const ReplayArguments& arguments) {
 }
 
 int runCompare(ReplayArguments& arguments) {
-  for (const std::string& text : arguments.truths) {
-    const size_t equals = text.find('=');
-    if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
-      return failWith({ErrorCode::kWrongUse, "--truth " + text + ": expected NAME=FILE"});
-    arguments.compare.truth.trajectories[text.substr(0, equals)] = text.substr(equals + 1);
-  }
   auto series = beginSeries(arguments);
   if (!series) return failWith(series.error());
+  std::fprintf(stderr, "fleet: %s, one after the other\n",
+               counted(runsOf(arguments.options.robots, arguments.compare), "run").c_str());
   const ProgressLine progress;
   const auto comparison =
       replayCompare(arguments.options, arguments.paper, arguments.compare, *series, progress.writer());
@@ -208,6 +206,9 @@ Result<void> checkKeysFor(const ReplayOptions& options) {
 int run(ReplayArguments& arguments) {
   if (arguments.side_by_side) {
     if (arguments.seeds > 0) return failWith({ErrorCode::kWrongUse, "--compare: takes no --seeds"});
+    if (arguments.link_given && arguments.link != "loopback")
+      return failWith({ErrorCode::kWrongUse, "--compare: runs over --link loopback only"});
+    if (arguments.mode_given) return failWith({ErrorCode::kWrongUse, "--compare: runs both modes, takes no --mode"});
     arguments.link = "loopback";
     if (arguments.compare.ablation && !arguments.fixes.empty())
       return failWith({ErrorCode::kWrongUse, "--ablation: chooses the remedies itself, takes no --fix"});
@@ -237,6 +238,16 @@ int run(ReplayArguments& arguments) {
           {ErrorCode::kWrongUse,
            "robot " + robot.name + ": a camera cannot be replayed, record it first: " + "edge_agent --record"});
   }
+  if (arguments.side_by_side) {
+    auto truths = parseTruths(arguments.truths);
+    if (!truths) return failWith(truths.error());
+    arguments.compare.truth.trajectories = std::move(*truths);
+    if (auto checked = checkCompare(arguments.options.robots, arguments.compare.truth); !checked)
+      return failWith(checked.error());
+  }
+  if (arguments.mode == "paper" && arguments.options.robots.size() > kMostCameras)
+    return failWith({ErrorCode::kWrongUse, "--mode paper: " + std::to_string(arguments.options.robots.size()) +
+                                               " robots, expected at most " + std::to_string(kMostCameras)});
   if (auto checked = checkKeysFor(arguments.options); !checked) return failWith(checked.error());
   if (arguments.side_by_side) return runCompare(arguments);
   if (arguments.seeds > 0) return runSeeds(arguments);
@@ -263,23 +274,27 @@ void addReplayVerb(CLI::App& app, int& exit_code) {
                        "dds: real processes, real DDS; loopback: one process, fixed order (--mode paper has only this)")
           ->check(CLI::IsMember({"loopback", "dds"}))
           ->capture_default_str();
-  verb->add_option("--mode", arguments->mode,
-                   "How the core maps: graph, or paper (the published method, every frame sent to the core)")
-      ->check(CLI::IsMember({"graph", "paper"}))
-      ->capture_default_str();
+  auto* mode =
+      verb->add_option("--mode", arguments->mode,
+                       "How the core maps: graph, or paper (the published method, every frame sent to the core)")
+          ->check(CLI::IsMember({"graph", "paper"}))
+          ->capture_default_str();
   verb->add_flag("--compare", arguments->side_by_side,
                  "Run both modes on the same input over loopback, into OUT/graph and OUT/paper, and compare them");
   verb->add_flag("--alone", arguments->compare.alone, "With --compare: also each robot by itself");
   verb->add_flag("--sets", arguments->compare.sets, "With --compare: also every smaller set of robots");
-  verb->add_flag("--ablation", arguments->compare.ablation,
-                 "With --compare: of all robots also the paper mode with each remedy (--fix) by itself, and with all");
+  verb->add_flag(
+      "--ablation", arguments->compare.ablation,
+      "With --compare: of all robots also the paper mode with each remedy (--fix) by itself, and with all remedies");
   verb->add_option(
       "--truth", arguments->truths,
       "With --compare: NAME=FILE, the truth of a robot (TUM format); else DIR/groundtruth.txt if there is");
   verb->add_option("--surface", arguments->compare.truth.surface, "With --compare: PLY of the true surface");
   std::vector<std::string> fixes;
   for (const PaperFix& fix : kPaperFixes) fixes.push_back(fix.name);
-  verb->add_option("--fix", arguments->fixes, "With --mode paper: a remedy for one of the method's known defects")
+  verb->add_option("--fix", arguments->fixes,
+                   "With --mode paper or --compare: a remedy for one of the method's known defects (joint-covariance: "
+                   "a variation)")
       ->check(CLI::IsMember(fixes));
   verb->add_option("--device", arguments->options.device, "Vulkan device: auto, llvmpipe or a number")
       ->capture_default_str();
@@ -294,8 +309,10 @@ void addReplayVerb(CLI::App& app, int& exit_code) {
   verb->add_flag("--overwrite", arguments->overwrite,
                  "Replace an earlier run in the same folder; --compare and --seeds else go on with the same command's");
   verb->add_flag("--json", arguments->json, "Print report.json instead of the summary");
-  verb->callback([arguments, link, &exit_code] {
-    if (arguments->mode == "paper" && link->count() == 0) arguments->link = "loopback";
+  verb->callback([arguments, link, mode, &exit_code] {
+    arguments->link_given = link->count() > 0;
+    arguments->mode_given = mode->count() > 0;
+    if (arguments->mode == "paper" && !arguments->link_given) arguments->link = "loopback";
     exit_code = run(*arguments);
   });
 }

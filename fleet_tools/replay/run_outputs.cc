@@ -6,6 +6,7 @@
 #include "edge_agent/agent_config.h"
 #include "fleet_tools/export/map_points.h"
 #include "fleet_tools/replay/run_folder.h"
+#include "fleet_tools/replay/contributor_order.h"
 #include "fleet_tools/replay/run_trajectory.h"
 #include "fleet_tools/report/map_pictures.h"
 #include "fleet_tools/report/run_page.h"
@@ -66,6 +67,17 @@ MapId largestMap(const RunContent& content, const std::string& robot) {
       most = count;
       best = map;
     }
+  return best;
+}
+
+MapId mapWithMostSurfels(const RunContent& content) {
+  MapId best = largestMap(content, "");
+  const auto surfelsOf = [&](const MapId& map) {
+    const auto size = content.sizes.find(map);
+    return size == content.sizes.end() ? uint64_t{0} : uint64_t{size->second.surfels};
+  };
+  for (const auto& [map, count] : content.keyframes_of)
+    if (surfelsOf(map) > surfelsOf(best)) best = map;
   return best;
 }
 
@@ -140,8 +152,7 @@ Json reportJson(const ReplayOptions& options, const ReplayOutcome& outcome, cons
   Json report;
   for (const AgentReport& robot : outcome.robots)
     report["robots"][robot.robot] = robotJson(robot, content, largestMap(content, robot.robot));
-  for (size_t i = 0; i < content.robots.size(); ++i)
-    if (report["robots"].contains(content.robots[i])) report["robots"][content.robots[i]]["colour"] = i;
+  for (auto& [name, robot] : report["robots"].items()) robot["colour"] = orderOf(options.robots, name);
   report["timeline"] = timelineJson(content);
   report["parameters"] = parametersJson(options);
   report["maps"] = Json::array();
@@ -212,7 +223,7 @@ Result<Json> writeRunOutputs(const ReplayOptions& options, const ReplayOutcome& 
 
   std::map<MapId, uint64_t> hashes;
   std::vector<Surfel> surfels;
-  const MapId largest = largestMap(*content, "");
+  const MapId largest = mapWithMostSurfels(*content);
   for (const auto& [map, size] : content->sizes) {
     auto tiles = store->tiles(map);
     if (!tiles) return tiles.error();
@@ -227,6 +238,7 @@ Result<Json> writeRunOutputs(const ReplayOptions& options, const ReplayOutcome& 
   std::vector<Pose> T_map_cams;
   for (const auto& [id, keyframe] : content->keyframes)
     if (keyframe.map == largest) T_map_cams.push_back(keyframe.T_map_cam);
+  orderContributors(options.robots, content->robots, surfels);
   if (!surfels.empty())
     if (auto painted = paintMap(options.out, options.device, content->robots, surfels, T_map_cams); !painted)
       return painted.error();

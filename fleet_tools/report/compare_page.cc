@@ -21,11 +21,30 @@ std::string cell(const json& value, double scale, int decimals) {
   return value.is_number() ? fixed(scale * value.get<double>(), decimals) : "";
 }
 
+// Why a cell is empty, in few words; all of them are among the notes.
+std::string cellOr(const json& value, double scale, int decimals, const json& numbers, const char* reason) {
+  if (value.is_number() || !numbers.at(reason).is_string()) return cell(value, scale, decimals);
+  const bool apart = numbers.at("maps").is_number() && numbers.at("maps").get<double>() > 1;
+  return fmt::format("<span title=\"{}\">{}</span>", htmlEscape(numbers.at(reason).get<std::string>()),
+                     apart ? cell(numbers.at("maps"), 1, 0) + " maps" : "none");
+}
+
 std::string row(const std::vector<std::string>& cells, const char* tag) {
   std::string html = "<tr>";
   for (size_t i = 0; i < cells.size(); ++i)
-    html += fmt::format("<{0} class=\"{1}\">{2}</{0}>", tag, i < 2 ? "w" : "n", cells[i]);
+    html += fmt::format("<{0} class=\"{1}\">{2}</{0}>", tag, i < 2 ? "m" : "n", cells[i]);
   return html + "</tr>";
+}
+
+std::string lostText(const json& numbers) {
+  double lost = 0;
+  bool known = false;
+  for (const auto& [robot, count] : numbers.at("lost_frames").items()) {
+    if (!count.is_number()) continue;
+    known = true;
+    lost += count.get<double>();
+  }
+  return known ? fixed(lost, 0) : "";
 }
 
 // As the paper has it: errors of trajectories and surface, one line for each set of cameras.
@@ -36,16 +55,18 @@ std::string errors(const json& comparison) {
       if (std::find(robots.begin(), robots.end(), robot) == robots.end()) robots.push_back(robot);
   std::vector<std::string> head = {"cameras", "mode"};
   for (const std::string& robot : robots) head.push_back(fmt::format("ATE {}, m", htmlEscape(robot)));
-  for (const char* title : {"joint ATE, m", "surface, m", "doubles, %", "maps", "false merges", "poses/frames"})
+  for (const char* title :
+       {"joint ATE, m", "surface, m", "doubles, %", "maps", "false merges", "poses/frames", "frames lost"})
     head.push_back(title);
   std::string html = "<section class=\"box\"><table><thead>" + row(head, "th") + "</thead><tbody>";
   for (const json& input : comparison.at("inputs"))
     for (const auto& [mode, n] : rowsOf(input)) {
       std::vector<std::string> cells = {htmlEscape(input.at("name").get<std::string>()), mode};
       for (const std::string& robot : robots) cells.push_back(cell(n["ate_rmse_m"].value(robot, json()), 1, 4));
-      cells.insert(cells.end(), {cell(n["joint_ate_rmse_m"], 1, 4), cell(n["surface_mean_m"], 1, 4),
-                                 cell(n["double_surface"], 100, 2), cell(n["maps"], 1, 0),
-                                 cell(n["false_merges"], 1, 0), htmlEscape(framesText(n))});
+      cells.insert(cells.end(),
+                   {cellOr(n["joint_ate_rmse_m"], 1, 4, n, "joint_ate_reason"),
+                    cellOr(n["surface_mean_m"], 1, 4, n, "surface_reason"), cell(n["double_surface"], 100, 2),
+                    cell(n["maps"], 1, 0), cell(n["false_merges"], 1, 0), htmlEscape(framesText(n)), lostText(n)});
       html += row(cells, "td");
     }
   return html + "</tbody></table></section>\n";
@@ -85,7 +106,9 @@ std::string words(const json& comparison) {
   html += card(accurate.is_null()     ? "?"
                : accurate.get<bool>() ? "yes"
                                       : "no",
-               "the graph mode is at least as accurate in each row");
+               accurate.is_null() ? "whether the graph mode is as accurate is not known"
+                                  : "the graph mode is at least as accurate in each row");
+  if (accurate.is_null()) html += card("", htmlEscape(comparison.at("not_known_because").get<std::string>()).c_str());
   html += card(comparison.at("a_tenth_of_the_bytes").get<bool>() ? "yes" : "no",
                "the graph mode sends at most a tenth of the bytes");
   html += "</div>\n";
@@ -131,7 +154,8 @@ std::string timesOverCameras(const json& comparison) {
   }
   return html +
          "</tbody></table><p class=\"legend\"><span class=\"c0\"><i></i>a round of all cameras</span><span "
-         "class=\"c1\"><i></i>a frame of one camera</span></p></section>\n";
+         "class=\"c1\"><i></i>a frame of one camera</span><span class=\"note\">wall time on this machine, "
+         "with whatever else it was doing</span></p></section>\n";
 }
 
 // Time of each frame of each camera on top of each other, by tick; merges as marks.
@@ -150,7 +174,7 @@ std::string timePlot(const RoundTimes& times) {
   }
   most *= 1.05;
   const double last = static_cast<double>(times.ms.size() - 1);
-  const auto x = [&](double tick) { return kLeft + (kPlotWidth - kLeft - kRight) * tick / last; };
+  const auto x = [&](double tick) { return kLeft + (kPlotWidth - kLeft - kRight) * (tick - 1) / last; };
   const auto y = [&](double ms) { return kTop + (kHeight - kTop - kBottom) * (1 - ms / most); };
   std::string svg = svgOpen(kHeight, "Time of each round") + "<g class=\"grid\">", labels = "<g class=\"axis\">";
   const double up = gridStep(most / 4), across = std::max(1.0, gridStep(last / 8));
@@ -158,7 +182,7 @@ std::string timePlot(const RoundTimes& times) {
     svg += svgLine(kLeft, y(ms), kPlotWidth - kRight, y(ms));
     labels += svgText(kLeft - 6, y(ms) + 4, "end", gridNumber(ms, up));
   }
-  for (double tick = 0; tick <= last; tick += across)
+  for (double tick = across; tick <= last + 1; tick += across)
     labels += svgText(x(tick), kHeight - 7, "middle", gridNumber(tick, across));
   svg += "</g>" + labels + "</g>";
   for (const size_t tick : times.merges) {
@@ -169,13 +193,13 @@ std::string timePlot(const RoundTimes& times) {
   for (size_t c = 0; c < cameras; ++c) {
     std::string points;
     for (size_t tick = 0; tick < sums[c].size(); ++tick)
-      points += svgNumber(x(static_cast<double>(tick))) + "," + svgNumber(y(sums[c][tick])) + " ";
+      points += svgNumber(x(static_cast<double>(tick + 1))) + "," + svgNumber(y(sums[c][tick])) + " ";
     svg +=
         fmt::format("<g class=\"{}\"><polyline style=\"stroke-width:1.2\" points=\"{}\"/></g>", colourClass(c), points);
     legend += legendEntry(c, (c == 0 ? "" : "with ") + times.cameras[c]);
   }
   return "<section class=\"box\">" + svg + "</svg>" + legend +
-         "<span class=\"note\">milliseconds a round, one camera after the other; dashed: a "
+         "<span class=\"note\">milliseconds a round, one camera after the other, by tick; dashed: a "
          "merge</span></p></section>\n";
 }
 
@@ -192,7 +216,8 @@ std::string comparePage(const json& comparison, const std::vector<ReportPicture>
     page += "<h2>Time of each round in the paper mode</h2>\n" + plot;
   std::map<std::string, size_t> robots;
   for (const std::string& camera : times.cameras) robots.emplace(camera, robots.size());
-  if (!pictures.empty()) page += "<h2>Maps, and who contributed what</h2>\n" + pictureGallery(pictures, robots);
+  if (!pictures.empty())
+    page += "<h2>Maps, and who contributed what</h2>\n" + pictureGallery(pictures, robots, "pairs");
   return page + "</main>\n</body>\n</html>\n";
 }
 

@@ -285,9 +285,10 @@ std::map<std::string, size_t> robotColours(const json& report) {
   return colours;
 }
 
-std::string pictureGallery(const std::vector<ReportPicture>& pictures, const std::map<std::string, size_t>& robots) {
+std::string pictureGallery(const std::vector<ReportPicture>& pictures, const std::map<std::string, size_t>& robots,
+                           const std::string& layout) {
   if (pictures.empty()) return "";
-  std::string html = "<div class=\"pictures\">\n";
+  std::string html = "<div class=\"" + layout + "\">\n";
   for (const ReportPicture& picture : pictures) {
     if (picture.png.empty()) continue;
     const std::string title = htmlEscape(picture.title);

@@ -38,8 +38,9 @@ std::string renderReportPage(const nlohmann::json& report, const std::vector<Rep
                              const std::vector<ReportTrajectory>& trajectories);
 
 /// The part of a page that shows pictures with their titles; empty without pictures. `robots`, name -> colour, are the
-/// legend of those in the robots' colours.
-std::string pictureGallery(const std::vector<ReportPicture>& pictures, const std::map<std::string, size_t>& robots);
+/// legend of those in the robots' colours. `layout`: "pictures", as many beside each other as fit, or "pairs".
+std::string pictureGallery(const std::vector<ReportPicture>& pictures, const std::map<std::string, size_t>& robots,
+                           const std::string& layout = "pictures");
 
 /// The number of each robot's colour: what the report says, else its place in the order of names.
 std::map<std::string, size_t> robotColours(const nlohmann::json& report);

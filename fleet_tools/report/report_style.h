@@ -29,8 +29,10 @@ th,td{padding:8px 14px 8px 0;border-bottom:1px solid var(--line);vertical-align:
 tr:last-child td{border-bottom:0}
 td.n,th.n{text-align:right}
 td.w{overflow-wrap:anywhere}
+td.m,th.m{white-space:nowrap}
 .bar{height:9px;border-radius:5px;background:var(--soft);min-width:2px}.bar.ok{background:var(--good)}
 .pictures{display:grid;grid-template-columns:repeat(auto-fit,minmax(320px,1fr));gap:16px}
+.pairs{display:grid;grid-template-columns:1fr 1fr;gap:16px}
 figure{margin:0;overflow:hidden}
 figure img{display:block;width:100%;height:auto;background:#0b0d10}
 figcaption{padding:9px 14px;color:var(--soft);font-size:13.5px;overflow-wrap:anywhere}

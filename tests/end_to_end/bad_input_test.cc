@@ -191,10 +191,36 @@ TEST_F(BadInput, FolderThatOnlyLooksLikeARunIsNotEmptied) {
 
 TEST_F(BadInput, OptionsOfTheOtherModeAreRefused) {
   const std::string robot = " --robot a=" + flat_ + "/a@0:5";
-  for (const char* options : {"--mode paper --link dds", "--alone", "--truth a=file", "--fix two-votes",
-                              "--mode paper --fix everything", "--compare --seeds 2", "--mode paper --realtime"})
+  for (const char* options :
+       {"--mode paper --link dds", "--alone", "--truth a=file", "--fix two-votes", "--mode paper --fix everything",
+        "--compare --seeds 2", "--mode paper --realtime", "--compare --link dds", "--compare --mode paper",
+        "--compare --mode graph", "--compare --truth b=file", "--compare --truth a=x --truth a=y"})
     EXPECT_EQ(runProgram(std::string("fleet replay ") + options + robot + " --out " + folder_.path("run")).exit_code, 2)
         << options;
+}
+
+TEST_F(BadInput, WhatAComparisonReadsAtItsEndIsReadBeforeItBegins) {
+  const std::string robot = "fleet replay --compare --robot a=" + flat_ + "/a@0:5 --out " + folder_.path("run");
+  std::ofstream(folder_.path("words.txt")) << "no truth\n";
+  std::ofstream(folder_.path("empty.txt")).flush();
+  const std::string words = folder_.path("words.txt");
+  for (const auto& [options, code] : {std::pair(" --truth a=/nowhere.txt", 3), {" --surface /nowhere.ply", 3}}) {
+    const ProgramRun run = runProgram(robot + options);
+    EXPECT_EQ(run.exit_code, code) << options << ": " << run.err;
+    EXPECT_THAT(run.err, HasSubstr("nowhere"));
+  }
+  for (const std::string& options :
+       {" --truth a=" + words, " --truth a=" + folder_.path("empty.txt"), " --surface " + words}) {
+    const ProgramRun run = runProgram(robot + options);
+    EXPECT_EQ(run.exit_code, 3) << options << ": " << run.err;
+    EXPECT_THAT(run.err, HasSubstr(".txt"));
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder_.path("run"))) << "nothing was begun";
+  std::string many = "fleet replay --mode paper --out " + folder_.path("run");
+  for (int i = 0; i < 9; ++i) many += " --robot r" + std::to_string(i) + "=" + flat_ + "/a@0:5";
+  const ProgramRun run = runProgram(many);
+  EXPECT_EQ(run.exit_code, 2) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("at most 8"));
 }
 
 TEST_F(BadInput, UnknownOptionAndVerb) {

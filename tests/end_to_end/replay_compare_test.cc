@@ -48,7 +48,11 @@ TEST_F(Compare, ARobotTooShortToMeasureIsAMissingCellAndNoError) {
     EXPECT_TRUE(row.at("ate_reason").contains("b")) << mode;
     EXPECT_TRUE(row.at("ate_rmse_m").at("a").is_number()) << mode;
   }
-  EXPECT_EQ(written.at("notes").size(), 2u) << written.at("notes").dump();
+  const Json& notes = written.at("notes");
+  EXPECT_EQ(std::count_if(notes.begin(), notes.end(),
+                          [](const Json& note) { return note.get<std::string>().starts_with("a+b, ATE of b, "); }),
+            2)
+      << notes.dump();
 }
 
 TEST_F(Compare, AnAblationHasEachRemedyByItselfAndAll) {
@@ -69,7 +73,8 @@ TEST_F(Compare, AnAblationHasEachRemedyByItselfAndAll) {
     for (const auto& [fix, on] : report.at("fixes").items()) {
       std::string option = fix;
       std::replace(option.begin(), option.end(), '_', '-');
-      EXPECT_EQ(on.get<bool>(), name == "all" || name == option) << name << ": " << fix;
+      EXPECT_EQ(on.get<bool>(), name == option || (name == "all" && option != "joint-covariance"))
+          << name << ": " << fix;
     }
   }
 }

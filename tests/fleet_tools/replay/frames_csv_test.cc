@@ -40,17 +40,20 @@ TEST(FramesCsv, RoundsComeBackAsTheyWereWritten) {
   ASSERT_EQ(times->ms.size(), 2u);
   EXPECT_EQ(times->ms[0], (std::vector<double>{63, 63.25}));
   EXPECT_EQ(times->ms[1], (std::vector<double>{0, 162})) << "a had no frame";
-  EXPECT_EQ(times->merges, std::vector<size_t>{1});
+  EXPECT_EQ(times->merges, std::vector<size_t>{2}) << "as the file counts";
 }
 
 TEST(FramesCsv, EachCellStandsUnderItsName) {
   PaperFrameRecord record = recordOf(7, 0, 1, true);
   EXPECT_EQ(framesCsv({record}, {"a"}),
             "tick,camera,track_ms,loop_ms,fuse_ms,predict_ms,ferns_ms,inter_map_ms,total_ms,maps,surfels,local_loop,"
-            "global_loop,merged,lost\n7,a,1.00,2.00,4.00,8.00,16.00,32.00,63.00,3,70000,0,0,1,0\n");
+            "global_loop,merged,lost,loop_points,loop_nodes\n"
+            "7,a,1.00,2.00,4.00,8.00,16.00,32.00,63.00,3,70000,0,0,1,0,0,0\n");
   record.merged = false;
   record.local_loop = record.lost = true;
-  EXPECT_NE(framesCsv({record}, {"a"}).find(",70000,1,0,0,1\n"), std::string::npos);
+  record.loop_points = 533;
+  record.loop_nodes = 22;
+  EXPECT_NE(framesCsv({record}, {"a"}).find(",70000,1,0,0,1,533,22\n"), std::string::npos);
 }
 
 TEST(FramesCsv, TicksBeyondTheLastAndMissingFilesAreRefused) {
