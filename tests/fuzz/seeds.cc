@@ -163,8 +163,9 @@ void addFiles(const Seeds& seeds) {
   seeds.add("trajectory", "1", std::string("# t\n1.5 0 1 2 0 0 0 1\n2.5 0 1e-3 2 0 0.7071068 0 0.7071068\n"));
   seeds.add("round_times", "1",
             std::string("tick,camera,track_ms,loop_ms,fuse_ms,predict_ms,ferns_ms,inter_map_ms,total_ms,maps,surfels,"
-                        "local_loop,global_loop,merged,lost\n0,a,1,2,3,4,5,6,21.00,2,500,0,0,0,0\n"
-                        "0,b,1,2,3,4,5,6,21.50,2,500,0,1,0,0\n1,a,1,2,3,4,5,6,22.00,1,500,0,0,1,0\n"));
+                        "local_loop,global_loop,merged,lost,loop_points,loop_nodes\n"
+                        "1,a,1,2,3,4,5,6,21.00,2,500,0,0,0,0,0,0\n"
+                        "1,b,1,2,3,4,5,6,21.50,2,500,0,1,0,0,60,9\n2,a,1,2,3,4,5,6,22.00,1,500,1,0,1,0,533,0\n"));
   const MapPoint points[] = {{{1, 2, 3}, {0, 0, 1}, {1, 2, 3}, 0.1f, 5}, {{1, 2, 4}, {0, 1, 0}, {1, 2, 3}, 0.1f, 5}};
   require(bool(writePly(folder / "map.ply", points)), "a PLY can be written");
   seeds.add("ply", "binary", readFile(folder / "map.ply"));
