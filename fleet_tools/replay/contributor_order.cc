@@ -10,8 +10,8 @@ size_t orderOf(const std::vector<ReplayRobot>& robots, const std::string& name) 
   return static_cast<size_t>(found - robots.begin());
 }
 
-void orderContributors(const std::vector<ReplayRobot>& robots, const std::vector<std::string>& arrived,
-                       std::vector<Surfel>& surfels) {
+std::vector<std::string> orderContributors(const std::vector<ReplayRobot>& robots,
+                                           const std::vector<std::string>& arrived, std::vector<Surfel>& surfels) {
   constexpr size_t kBits = 32;
   for (Surfel& surfel : surfels) {
     uint32_t ordered = 0;
@@ -19,6 +19,9 @@ void orderContributors(const std::vector<ReplayRobot>& robots, const std::vector
       if (surfel.contributors >> i & 1) ordered |= 1u << (orderOf(robots, arrived[i]) % kBits);
     surfel.contributors = ordered;
   }
+  std::vector<std::string> names;
+  for (const ReplayRobot& robot : robots) names.push_back(robot.name);
+  return names;
 }
 
 }  // namespace comap

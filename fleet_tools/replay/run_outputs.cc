@@ -5,8 +5,8 @@
 
 #include "edge_agent/agent_config.h"
 #include "fleet_tools/export/map_points.h"
-#include "fleet_tools/replay/run_folder.h"
 #include "fleet_tools/replay/contributor_order.h"
+#include "fleet_tools/replay/run_folder.h"
 #include "fleet_tools/replay/run_trajectory.h"
 #include "fleet_tools/report/map_pictures.h"
 #include "fleet_tools/report/run_page.h"
@@ -238,9 +238,9 @@ Result<Json> writeRunOutputs(const ReplayOptions& options, const ReplayOutcome& 
   std::vector<Pose> T_map_cams;
   for (const auto& [id, keyframe] : content->keyframes)
     if (keyframe.map == largest) T_map_cams.push_back(keyframe.T_map_cam);
-  orderContributors(options.robots, content->robots, surfels);
+  const auto names = orderContributors(options.robots, content->robots, surfels);
   if (!surfels.empty())
-    if (auto painted = paintMap(options.out, options.device, content->robots, surfels, T_map_cams); !painted)
+    if (auto painted = paintMap(options.out, options.device, names, surfels, T_map_cams); !painted)
       return painted.error();
   if (auto written = writeRunPage(options.out); !written) return written.error();
   return report;

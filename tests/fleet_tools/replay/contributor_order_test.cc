@@ -11,7 +11,8 @@ TEST(ContributorOrder, IsThatOfTheCommandWhoeverArrivesFirst) {
   surfels[0].contributors = 0b001;  // of the first that arrived
   surfels[1].contributors = 0b010;
   surfels[2].contributors = 0b110;
-  orderContributors(robots, {"kit", "zed", "alfa"}, surfels);
+  const auto names = orderContributors(robots, {"kit", "zed", "alfa"}, surfels);
+  EXPECT_EQ(names, (std::vector<std::string>{"zed", "alfa", "kit"})) << "a legend says what the bits say";
   EXPECT_EQ(surfels[0].contributors, 0b100u);
   EXPECT_EQ(surfels[1].contributors, 0b001u);
   EXPECT_EQ(surfels[2].contributors, 0b011u);
