@@ -22,18 +22,20 @@ struct Push {
 #include "common/push.glsl"
 #include "common/disc.glsl"
 
+bool improves(Disc disc, ivec2 pixel) {
+  vec2 at = hit(disc, rayOf(vec2(pixel)));
+  return at.y <= 1.0 && at.x > 0.0 && fetchWord(depths, pixel.y * int(push.width) + pixel.x) > floatBitsToUint(at.x);
+}
+
+void improve(Disc disc, ivec2 pixel) {
+  float depth = hit(disc, rayOf(vec2(pixel))).x;
+  imageAtomicMin(depths, pixel.y * int(push.width) + pixel.x, floatBitsToUint(depth));
+}
+#include "common/footprint.glsl"
+
 void visit(uint item) {
   uint i = visibleSurfel(item);
-  Disc disc = discOf(fetch(places, i), fetch(shapes, i));
-  int last = disc.visible ? disc.high.y : -1;
-  for (int y = disc.low.y; y <= last; ++y) {
-    for (int x = disc.low.x; x <= disc.high.x; ++x) {
-      vec2 at = hit(disc, rayOf(vec2(x, y)));
-      uint pixel = uint(y) * push.width + uint(x);
-      uint depth = floatBitsToUint(at.x);
-      if (at.y <= 1.0 && at.x > 0.0 && fetchWord(depths, pixel) > depth) imageAtomicMin(depths, int(pixel), depth);
-    }
-  }
+  improveFootprint(discOf(fetch(places, i), fetch(shapes, i)));
 }
 
 void main() {

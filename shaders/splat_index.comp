@@ -26,20 +26,27 @@ struct Push {
 #include "common/push.glsl"
 #include "common/disc.glsl"
 
+uint surfel;  // that is looked at, counted through the group's chunks
+
+uint keyOf(float apart) { return uint(clamp(apart, 0.0, 1.0) * 510.0) << kRankShift | surfel; }
+
+bool improves(Disc disc, ivec2 pixel) {
+  vec2 at = hit(disc, rayOf(vec2(pixel)));
+  int index = pixel.y * int(push.width) + pixel.x;
+  float front = uintBitsToFloat(fetchWord(depths, index));
+  return at.y <= 1.0 && at.x > 0.0 && at.x <= front + gateOf(front) && fetchWord(keys, index) > keyOf(at.y);
+}
+
+void improve(Disc disc, ivec2 pixel) {
+  float apart = hit(disc, rayOf(vec2(pixel))).y;
+  imageAtomicMin(keys, pixel.y * int(push.width) + pixel.x, keyOf(apart));
+}
+#include "common/footprint.glsl"
+
 void visit(uint item) {
   uint i = visibleSurfel(item);
-  Disc disc = discOf(fetch(places, i), fetch(shapes, i));
-  int last = disc.visible ? disc.high.y : -1;
-  for (int y = disc.low.y; y <= last; ++y) {
-    for (int x = disc.low.x; x <= disc.high.x; ++x) {
-      vec2 at = hit(disc, rayOf(vec2(x, y)));
-      uint pixel = uint(y) * push.width + uint(x);
-      float front = uintBitsToFloat(fetchWord(depths, pixel));
-      uint key = uint(clamp(at.y, 0.0, 1.0) * 510.0) << kRankShift | (push.base + i);
-      if (at.y <= 1.0 && at.x > 0.0 && at.x <= front + gateOf(front) && fetchWord(keys, pixel) > key)
-        imageAtomicMin(keys, int(pixel), key);
-    }
-  }
+  surfel = push.base + i;
+  improveFootprint(discOf(fetch(places, i), fetch(shapes, i)));
 }
 
 void main() {

@@ -2,6 +2,7 @@
 struct Disc {
   vec3 position;  // in the camera's frame
   vec3 normal;
+  float plane;   // normal times position: of all points of its plane
   float weight;  // 1 / radius squared
   bool visible;
   ivec2 low;   // footprint, pixels
@@ -16,9 +17,10 @@ Disc discOf(vec4 place, vec4 shape) {
   Disc disc;
   disc.position = toCamera(place.xyz);
   disc.normal = rotateToCamera(shape.xyz);
+  disc.plane = dot(disc.normal, disc.position);
   disc.weight = 1.0 / (shape.w * shape.w);
   float z = disc.position.z;
-  float facing = -dot(disc.normal, disc.position) / length(disc.position);
+  float facing = -disc.plane / length(disc.position);
   facing = push.both_sides != 0u ? abs(facing) : facing;
   disc.visible = place.w >= push.min_confidence && z > kNearest && z < push.max_depth && facing > kGrazingCosine;
 
@@ -35,9 +37,11 @@ Disc discOf(vec4 place, vec4 shape) {
   return disc;
 }
 
-// Where the ray meets the disc's plane: depth, and squared distance from the centre relative to the radius.
+// Where the ray meets the disc's plane: depth, and squared distance from the centre relative to the radius. The same
+// bits wherever it is asked for, so that who looks first and writes later writes what it has seen.
 vec2 hit(Disc disc, vec3 ray) {
-  float depth = dot(disc.normal, disc.position) / dot(disc.normal, ray);
-  vec3 offset = ray * depth - disc.position;
-  return vec2(depth, dot(offset, offset) * disc.weight);
+  precise float depth = disc.plane / dot(disc.normal, ray);
+  precise vec3 offset = ray * depth - disc.position;
+  precise float apart = dot(offset, offset) * disc.weight;
+  return vec2(depth, apart);
 }
