@@ -21,9 +21,9 @@ struct Push {
   float min_confidence;
   float max_depth;
   uint both_sides;
-  uint base;   // of the chunk's rows
-  uint count;  // rows of the chunk
-  uint group;  // of chunks whose keys are compared with each other
+  uint base;    // of the chunk's rows
+  uint count;   // rows of the chunk
+  uint clears;  // of resolve
 };
 #include "common/push.glsl"
 #include "common/disc.glsl"

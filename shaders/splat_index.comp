@@ -1,6 +1,6 @@
 // Second pass of a prediction: among the discs of the front surface the one whose centre is nearest to the pixel's
 // ray, ties to the oldest. Choosing by depth instead would show the noise's side towards the camera.
-// Reads place, shape and the first pass's depths; writes keys (relative distance << 23 | surfel) by atomicMin.
+// Reads place, shape and the first pass's depths; writes keys (rank << 23 | surfel) by atomicMin.
 // One item = one visible surfel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
@@ -19,16 +19,17 @@ struct Push {
   float min_confidence;
   float max_depth;
   uint both_sides;
-  uint base;   // of the chunk's rows
-  uint count;  // rows of the chunk
-  uint group;  // of chunks whose keys are compared with each other
+  uint base;    // of the chunk's rows
+  uint count;   // rows of the chunk
+  uint clears;  // of resolve
 };
 #include "common/push.glsl"
 #include "common/disc.glsl"
 
 uint surfel;  // that is looked at, counted through the group's chunks
 
-uint keyOf(float apart) { return uint(clamp(apart, 0.0, 1.0) * 510.0) << kRankShift | surfel; }
+// The rank is the squared distance in 510 steps, counted from 1: see carry_ranks.comp.
+uint keyOf(float apart) { return uint(clamp(apart, 0.0, 1.0) * 510.0) + 1u << kRankShift | surfel; }
 
 bool improves(Disc disc, ivec2 pixel) {
   vec2 at = hit(disc, rayOf(vec2(pixel)));

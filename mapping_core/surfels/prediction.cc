@@ -7,8 +7,10 @@
 namespace comap {
 namespace {
 
-using SurfacePixel = std::array<float, 4>;
-using AppearancePixel = std::array<uint32_t, 4>;
+// As shaders/common/resolving.glsl packs them.
+using SurfacePixel = std::array<uint32_t, 4>;
+using CertaintyPixel = std::array<uint32_t, 2>;
+constexpr float kNormalStep = 1.0f / 8388607.0f;
 
 // The content on the host: mapped, or a copy in `storage`.
 template <class T>
@@ -31,16 +33,23 @@ PredictedView emptyView(const CameraModel& camera) {
   return view;
 }
 
-PredictedView toView(const CameraModel& camera, const SurfacePixel* surface, const AppearancePixel* appearance) {
+Eigen::Vector3f normalOf(const SurfacePixel& words) {
+  const auto component = [&](size_t axis) { return static_cast<float>(static_cast<int32_t>(words[axis]) >> 8); };
+  return Eigen::Vector3f(component(0), component(1), component(2)) * kNormalStep;
+}
+
+PredictedView toView(const CameraModel& camera, const SurfacePixel* surface, const CertaintyPixel* certainty) {
   PredictedView view = emptyView(camera);
   for (size_t i = 0; i < view.depth_m.size(); ++i) {
-    view.depth_m.data()[i] = surface[i][3];
-    view.normal.data()[i] = {surface[i][0], surface[i][1], surface[i][2]};
-    if (!(surface[i][3] > 0)) continue;
-    const uint32_t c = appearance[i][0];
-    view.colour.data()[i] = {static_cast<uint8_t>(c), static_cast<uint8_t>(c >> 8), static_cast<uint8_t>(c >> 16)};
-    view.confidence.data()[i] = std::bit_cast<float>(appearance[i][1]);
-    view.contributors.data()[i] = appearance[i][2];
+    const SurfacePixel words = surface[i];
+    const auto depth = std::bit_cast<float>(words[3]);
+    if (!(depth > 0)) continue;
+    view.depth_m.data()[i] = depth;
+    view.normal.data()[i] = normalOf(words);
+    view.colour.data()[i] = {static_cast<uint8_t>(words[0]), static_cast<uint8_t>(words[1]),
+                             static_cast<uint8_t>(words[2])};
+    view.confidence.data()[i] = std::bit_cast<float>(certainty[i][0]);
+    view.contributors.data()[i] = certainty[i][1];
   }
   return view;
 }
@@ -66,6 +75,42 @@ Result<void> readBlend(const PredictionBuffers& buffers, PredictedView& view) {
   return {};
 }
 
+// Which surfel each pixel shows, and what that looks like. Keys hold 23 bits of index, so chunks go in groups of that
+// many surfels.
+void recordShown(gpu::Recorder& recorder, const SurfelKernels& kernels, const gpu::Kernel& resolve,
+                 std::span<const ChunkRows> seen, const PredictionBuffers& buffers, SplatPush push) {
+  const uint32_t pixels = push.width * push.height;
+  const uint32_t groups = gpu::groupsFor(pixels, kBlockItems);
+  push.clears = 1;
+  for (size_t first = 0, end = 0; first < seen.size(); first = end) {
+    if (first == 0) {
+      recorder.fill(buffers.keys, 0xffffffffu, size_t{pixels} * 4);
+    } else {
+      recorder.dispatch(*kernels.carry_ranks, {&buffers.keys}, CarryRanksPush{pixels}, groups);
+    }
+    std::vector<SplatPush> pushes;
+    size_t base = 0;
+    for (end = first; end < seen.size() && base + seen[end].count <= buffers.group_surfels; base += seen[end++].count) {
+      push.base = static_cast<uint32_t>(base);
+      push.count = seen[end].count;
+      pushes.push_back(push);
+      push.clears = 0;
+      const SurfelStreams& streams = *seen[end].streams;
+      const gpu::Buffer& visible = buffers.visible[end].list;
+      recorder.dispatchIndirect(*kernels.splat_index,
+                                {&streams.places, &streams.shapes, &buffers.depths, &buffers.keys, &visible},
+                                pushes.back(), visible);
+    }
+    for (size_t i = first; i < end; ++i) {
+      const SurfelStreams& streams = *seen[i].streams;
+      recorder.dispatch(
+          resolve,
+          {&streams.places, &streams.shapes, &streams.looks, &buffers.keys, &buffers.surface, &buffers.certainty},
+          pushes[i - first], groups);
+    }
+  }
+}
+
 }  // namespace
 
 Result<void> PredictionBuffers::reserve(gpu::Context& context, size_t count) {
@@ -77,7 +122,7 @@ Result<void> PredictionBuffers::reserve(gpu::Context& context, size_t count) {
   } table[] = {{&depths, 4, "predicted depths"},
                {&keys, 4, "predicted surfels"},
                {&surface, 16, "predicted surface"},
-               {&appearance, 16, "predicted appearance"}};
+               {&certainty, 8, "predicted certainty"}};
   pixels = 0;
   for (const auto& entry : table) {
     auto buffer = gpu::Buffer::create(context, count * entry.bytes, entry.name);
@@ -104,7 +149,6 @@ Result<PredictedView> predictView(gpu::Context& context, const SurfelKernels& ke
                                   PredictionBuffers& buffers, const FramePush& frame, const CameraModel& camera,
                                   const PredictionOptions& options, const SeenStep* times) {
   if (seen.empty()) return emptyView(camera);
-  const gpu::Kernel& resolve = times ? *times->kernels->resolve_owner : *kernels.resolve;
   const size_t pixels = size_t{frame.width} * frame.height;
   if (auto done = buffers.reserve(context, pixels); !done) return done.error();
   if (buffers.visible.size() < seen.size()) buffers.visible.resize(seen.size());
@@ -114,8 +158,7 @@ Result<PredictedView> predictView(gpu::Context& context, const SurfelKernels& ke
   if (options.blend) {
     if (auto done = buffers.reserveBlend(context, pixels); !done) return done.error();
   }
-  auto recorder =
-      gpu::Recorder::begin(context, static_cast<uint32_t>((4 + VisibleList::kDispatches) * seen.size() + 1));
+  auto recorder = gpu::Recorder::begin(context, static_cast<uint32_t>((5 + VisibleList::kDispatches) * seen.size()));
   if (!recorder) return recorder.error();
   const float min_confidence = std::max(options.min_confidence, 0.0f);
   SplatPush splat{{frame}, min_confidence, options.max_depth_m, options.both_sides ? 1u : 0u, 0, 0, 0};
@@ -140,39 +183,17 @@ Result<PredictedView> predictView(gpu::Context& context, const SurfelKernels& ke
                                  splat, visible);
     }
   }
-  // Keys hold 23 bits of index, so chunks go in groups of that many surfels.
-  for (size_t first = 0, end = 0; first < seen.size(); first = end, ++splat.group) {
-    recorder->fill(buffers.keys, 0xffffffffu, pixels * 4);
-    std::vector<SplatPush> pushes;
-    size_t base = 0;
-    for (end = first; end < seen.size() && base + seen[end].count <= kMostSurfels; base += seen[end++].count) {
-      splat.base = static_cast<uint32_t>(base);
-      splat.count = seen[end].count;
-      pushes.push_back(splat);
-      const SurfelStreams& streams = *seen[end].streams;
-      const gpu::Buffer& visible = buffers.visible[end].list;
-      recorder->dispatchIndirect(*kernels.splat_index,
-                                 {&streams.places, &streams.shapes, &buffers.depths, &buffers.keys, &visible}, splat,
-                                 visible);
-    }
-    for (size_t i = first; i < end; ++i) {
-      const SurfelStreams& streams = *seen[i].streams;
-      recorder->dispatch(
-          resolve,
-          {&streams.places, &streams.shapes, &streams.looks, &buffers.keys, &buffers.surface, &buffers.appearance},
-          pushes[i - first], gpu::groupsFor(pixels, kBlockItems));
-    }
-  }
+  recordShown(*recorder, kernels, times ? *times->kernels->resolve_owner : *kernels.resolve, seen, buffers, splat);
   if (auto done = recorder->submit(); !done) return done.error();
   noteBoxes(seen);
 
   std::vector<SurfacePixel> surface_copy;
-  std::vector<AppearancePixel> appearance_copy;
+  std::vector<CertaintyPixel> certainty_copy;
   auto surface = contentOf(buffers.surface, pixels, surface_copy);
   if (!surface) return surface.error();
-  auto appearance = contentOf(buffers.appearance, pixels, appearance_copy);
-  if (!appearance) return appearance.error();
-  PredictedView view = toView(camera, *surface, *appearance);
+  auto certainty = contentOf(buffers.certainty, pixels, certainty_copy);
+  if (!certainty) return certainty.error();
+  PredictedView view = toView(camera, *surface, *certainty);
   if (options.blend) {
     if (auto done = readBlend(buffers, view); !done) return done.error();
   }

@@ -10,13 +10,14 @@ namespace comap {
 
 struct PredictionBuffers {
   gpu::Buffer depths;                ///< u32 per pixel: bits of the nearest depth
-  gpu::Buffer keys;                  ///< u32 per pixel: relative distance << 23 | surfel of the group
-  gpu::Buffer surface;               ///< vec4 per pixel: normal in the camera's frame, depth
-  gpu::Buffer appearance;            ///< uvec4 per pixel: colour, confidence bits, contributors, rank
+  gpu::Buffer keys;                  ///< u32 per pixel: rank by distance << 23 | surfel of the group
+  gpu::Buffer surface;               ///< four u32 per pixel: normal with colour, depth; see common/resolving.glsl
+  gpu::Buffer certainty;             ///< two u32 per pixel: confidence bits, contributors
   gpu::Buffer colour_sums;           ///< four u32 per pixel; only for blended views
   gpu::Buffer normal_sums;           ///< four i32 per pixel, the last of confidence
   std::vector<VisibleList> visible;  ///< one per chunk in view
   size_t pixels = 0, blended_pixels = 0;
+  size_t group_surfels = kMostSurfels;  ///< most that are compared with each other at once; fewer for tests
 
   Result<void> reserve(gpu::Context& context, size_t count);
   Result<void> reserveBlend(gpu::Context& context, size_t count);

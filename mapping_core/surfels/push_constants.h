@@ -91,7 +91,11 @@ struct ExpirePush {
 /// Of both splats and resolve.
 struct SplatPush : FramePush {
   float min_confidence, max_depth;
-  uint32_t both_sides, base, count, group;
+  uint32_t both_sides, base, count, clears;
+};
+
+struct CarryRanksPush {
+  uint32_t count;
 };
 
 struct MoveOwnersPush {

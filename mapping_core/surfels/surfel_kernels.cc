@@ -6,6 +6,7 @@
 #include "shaders/associate.h"
 #include "shaders/blend.h"
 #include "shaders/bound_blocks.h"
+#include "shaders/carry_ranks.h"
 #include "shaders/clean_up.h"
 #include "shaders/compact.h"
 #include "shaders/count_alive.h"
@@ -54,6 +55,7 @@ Result<SurfelKernels> SurfelKernels::create(gpu::Context& context) {
       {&kernels.splat_depth, source<SplatPush>("splat_depth", kSplatDepthSpirv, 4)},
       {&kernels.splat_index, source<SplatPush>("splat_index", kSplatIndexSpirv, 5)},
       {&kernels.resolve, source<SplatPush>("resolve", kResolveSpirv, 6)},
+      {&kernels.carry_ranks, source<CarryRanksPush>("carry_ranks", kCarryRanksSpirv, 1)},
       {&kernels.blend, source<SplatPush>("blend", kBlendSpirv, 7)},
       {&kernels.move_owners, source<MoveOwnersPush>("move_owners", kMoveOwnersSpirv, 4)},
   };

@@ -22,6 +22,7 @@ struct SurfelKernels {
   const gpu::Kernel* splat_depth = nullptr;
   const gpu::Kernel* splat_index = nullptr;
   const gpu::Kernel* resolve = nullptr;
+  const gpu::Kernel* carry_ranks = nullptr;
   const gpu::Kernel* blend = nullptr;
   const gpu::Kernel* move_owners = nullptr;
 

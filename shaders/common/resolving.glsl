@@ -6,8 +6,8 @@ layout(binding = 0) uniform samplerBuffer places;
 layout(binding = 1) uniform samplerBuffer shapes;
 layout(binding = 2) uniform usamplerBuffer looks;
 layout(binding = 3, r32ui) uniform readonly uimageBuffer keys;
-layout(std430, binding = 4) writeonly buffer Surface { vec4 surface[]; };
-layout(std430, binding = 5) buffer Appearance { uvec4 appearance[]; };
+layout(std430, binding = 4) writeonly buffer Surface { uvec4 surface[]; };
+layout(std430, binding = 5) writeonly buffer Certainty { uvec2 certainty[]; };
 #include "common/frame.glsl"
 #include "common/surfel.glsl"
 struct Push {
@@ -15,42 +15,53 @@ struct Push {
   float min_confidence;
   float max_depth;
   uint both_sides;
-  uint base;   // of the chunk's rows
-  uint count;  // rows of the chunk
-  uint group;  // of chunks whose keys are compared with each other
+  uint base;    // of the chunk's rows
+  uint count;   // rows of the chunk
+  uint clears;  // 1: also writes what nobody shows
 };
 #include "common/push.glsl"
 #include "common/pixel.glsl"
 #include "common/disc.glsl"
 
+const float kNormalSteps = 8388607.0;  // of a component from 0 to 1: 24 bits with its sign
+
+// Words are what costs here, so each component of the normal has a byte of colour below it.
+uvec3 packSurface(vec3 normal, uvec3 colour) {
+  ivec3 steps = ivec3(floor(clamp(normal, -1.0, 1.0) * kNormalSteps + 0.5));
+  return uvec3(steps) << 8 | colour;
+}
+
 void visit(uint i) {
   uint key = fetchWord(keys, i);
-  bool empty = key == kNoWinner;
-  uint surfel = empty ? 0u : (key & kSurfelMask) - push.base;
-  uint rank = key >> kRankShift;
-  if (push.group > 0u && rank >= appearance[i].w) return;
+  bool shows = key != kNoWinner;
+  uint surfel = shows ? (key & kSurfelMask) - push.base : 0u;
   vec4 place = fetch(places, surfel);
   uvec4 look = fetch(looks, surfel);
   Disc disc = discOf(place, fetch(shapes, surfel));
   vec3 ray = rayOf(vec2(pixelOf(i)));
   vec3 normal = dot(disc.normal, ray) > 0.0 ? -disc.normal : disc.normal;
   uvec3 colour = uvec3(clamp((colourOf(look) + 128.0) / 256.0, 0.0, 255.0));
-  surface[i] = empty ? vec4(0.0) : vec4(normal, hit(disc, ray).x);
-  appearance[i] = uvec4(colour.r | colour.g << 8 | colour.b << 16, floatBitsToUint(place.w), SHOWN_WORD(look), rank);
+  uvec4 words = uvec4(packSurface(normal, colour), floatBitsToUint(hit(disc, ray).x));
+  surface[i] = shows ? words : uvec4(0u);
+  certainty[i] = uvec2(floatBitsToUint(place.w), SHOWN_WORD(look));
 }
 
 void main() {
   push = given;
   uint first = gl_WorkGroupID.x * 1024u + gl_LocalInvocationID.x;
   uint pixels = push.width * push.height;
-  bool clears = push.base == 0u && push.group == 0u;  // the first of all: it writes what nobody shows
   uint shown = 0u;
   for (uint k = 0u; k < 8u; ++k) {
     uint i = first + 128u * k;
     uint key = fetchWord(keys, min(i, pixels - 1u));
-    bool own = key == kNoWinner ? clears : (key & kSurfelMask) - push.base < push.count;
+    bool own = key == kNoWinner ? push.clears != 0u : (key & kSurfelMask) - push.base < push.count;
     shown |= i < pixels && own ? 1u << k : 0u;
   }
-  // Most chunks in view show few pixels.
-  for (; shown != 0u; shown &= shown - 1u) visit(first + 128u * uint(findLSB(shown)));
+  // Most chunks in view show few pixels. The loop is left at its end: software devices run a body once more in vain if
+  // it is left at its head.
+  for (;;) {
+    if (shown != 0u) visit(first + 128u * uint(findLSB(shown)));
+    shown &= shown - 1u;
+    if (shown == 0u) break;
+  }
 }

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "mapping_core/surfels/fusion.h"
+#include "mapping_core/surfels/prediction.h"
 #include "protocol/types/keyframe.h"
 #include "tests/mapping_core/gpu/test_device.h"
 #include "tests/reference/fusion_reference.h"
@@ -298,6 +299,56 @@ TEST(Prediction, MatchesOracle) {
     }
     EXPECT_GT(filled, expected.depth_m.size() / 10);
     EXPECT_LE(differ, filled / 50 + 5) << "both sides " << both_sides;
+  }
+  EXPECT_EQ(validationText(device), "");
+}
+
+// Of more surfels than keys can number, the same is shown as if they could.
+TEST(Prediction, GroupsOfChunksShowTheSameToTheBit) {
+  COMAP_DEVICE_OR_SKIP(device);
+  gpu::Context& context = device.context();
+  const FusionParameters p;
+  auto map = SurfelMap::create(device, p);
+  ASSERT_TRUE(map);
+  for (uint32_t k = 0; k < 3; ++k) {  // the same surface thrice: who was first counts where distances are equal
+    const Frame frame = noisyView(viewPose(static_cast<int>(k)), 20 + k);
+    ASSERT_TRUE(map->fuse(kCamera, frame.colour, frame.depth, viewPose(static_cast<int>(k)), k, 1));
+  }
+  auto surfels = *map->download();
+  const size_t single = surfels.size();
+  surfels.insert(surfels.end(), surfels.begin(), surfels.end());
+  for (size_t i = single; i < surfels.size(); ++i) surfels[i].contributors = 2;
+  const auto kernels = SurfelKernels::create(context);
+  std::vector<SurfelStreams> streams;
+  std::vector<ChunkRows> chunks;
+  constexpr size_t kChunks = 5;
+  for (size_t i = 0; i < kChunks; ++i) {
+    const size_t first = surfels.size() * i / kChunks, end = surfels.size() * (i + 1) / kChunks;
+    auto made = SurfelStreams::create(context, end - first);
+    ASSERT_TRUE(made && writeRows(*made, pack(std::span(surfels).subspan(first, end - first)), 0));
+    streams.push_back(std::move(*made));
+    chunks.push_back({nullptr, static_cast<uint32_t>(end - first)});
+  }
+  for (size_t i = 0; i < kChunks; ++i) chunks[i].streams = &streams[i];
+  const FramePush frame = framePush(kCamera, viewPose(1), p);
+  PredictionBuffers buffers;
+  const auto whole = predictView(context, *kernels, chunks, buffers, frame, kCamera, {}, nullptr);
+  ASSERT_TRUE(whole);
+  size_t filled = 0;
+  for (size_t i = 0; i < whole->depth_m.size(); ++i) {
+    filled += whole->depth_m.data()[i] > 0;
+    EXPECT_NE(whole->contributors.data()[i], 2u) << "pixel " << i << ": the older of two equal ones is shown";
+  }
+  EXPECT_GT(filled, whole->depth_m.size() * 9 / 10);
+  for (const size_t chunks_a_group : {1, 2}) {
+    buffers.group_surfels = chunks_a_group * chunks.back().count + 1;
+    const auto parts = predictView(context, *kernels, chunks, buffers, frame, kCamera, {}, nullptr);
+    ASSERT_TRUE(parts);
+    EXPECT_EQ(parts->depth_m, whole->depth_m);
+    EXPECT_EQ(parts->normal, whole->normal);
+    EXPECT_EQ(parts->colour, whole->colour);
+    EXPECT_EQ(parts->confidence, whole->confidence);
+    EXPECT_EQ(parts->contributors, whole->contributors);
   }
   EXPECT_EQ(validationText(device), "");
 }
