@@ -87,6 +87,7 @@ ceres::Solver::Options solverOptions(const GraphSolveLimits& limits) {
   options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;  // no BLAS threads: the same bits every time
   options.num_threads = 1;
   options.function_tolerance = limits.function_tolerance;
+  options.initial_trust_region_radius = limits.trust_radius;
   options.gradient_tolerance = 1e-12;
   options.parameter_tolerance = 1e-12;
   options.logging_type = ceres::SILENT;

@@ -15,6 +15,7 @@ namespace comap {
 struct GraphSolveLimits {
   int max_iterations = 50;
   double function_tolerance = 1e-8;  ///< relative decrease of the cost that ends it
+  double trust_radius = 1e4;  ///< of the first step: large if poses start near the solution, so that long chains bend
 };
 
 /// Thread rule: one thread. Numbers are positions in order of addition; the caller gives only valid ones.

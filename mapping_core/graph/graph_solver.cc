@@ -147,9 +147,9 @@ Result<GraphUpdate> GraphSolver::solve() {
   for (const uint32_t cluster : restless_) active[cluster] = 1;
   if (any(active) || readmission_due_) {
     const auto steps = [&]() -> Result<void> {
-      if (auto relaxed = relax(active, options_.rounds); !relaxed) return relaxed.error();
+      if (auto relaxed = relax(active); !relaxed) return relaxed.error();
       if (auto judged = judge(trial, before); !judged) return judged;
-      readmission_due_ = hasDoneEnough();
+      readmission_due_ = hasDoneEnough() && !readmission_due_;  // put off once, not for ever
       return readmission_due_ ? Result<void>() : readmit();
     };
     if (auto done = steps(); !done) {

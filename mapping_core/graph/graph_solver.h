@@ -21,9 +21,10 @@ namespace comap {
 struct GraphSolverOptions {
   GraphOptions graph;
   double settled_m = 0.00003, settled_rad = 0.00001;  ///< a pose that would move by less alone is at rest
-  size_t free_poses = 800;                            ///< at a time; the rest of what strains waits for the next round
+  size_t free_poses = 500;                            ///< at a time; the rest of what strains waits for the next round
+  size_t free_poses_of_all = 800;                     ///< the same in solveFully(), where the sum of all rounds counts
   int rounds = 3;                                     ///< of moving poses for each question that solve() asks
-  int enough_rounds = 6;                              ///< of a call of solve(): what can wait is left to the next one
+  int enough_rounds = 3;                              ///< of a call of solve(): what can wait is left to the next one
   bool calibrate = true;                              ///< estimate a scale per edge kind in solveFully()
 };
 
@@ -94,10 +95,11 @@ class GraphSolver {
   void setWeight(uint32_t edge, double weight);
   std::vector<uint8_t> clustersOf(std::span<const uint32_t> edges) const;
 
-  Result<bool> relax(std::vector<uint8_t> active, int max_rounds);
+  Result<bool> relax(std::vector<uint8_t> active);
+  Result<bool> relax(std::vector<uint8_t> active, int max_rounds, size_t free_poses);
   Result<bool> relaxAll();
   void noteMotion(const std::vector<GraphProblem::Block>& before, const std::vector<uint8_t>& active);
-  std::vector<uint8_t> strained(const std::vector<uint8_t>& active);
+  std::vector<uint8_t> strained(const std::vector<uint8_t>& active, size_t free_poses);
 
   std::vector<uint32_t> screen(const std::vector<uint32_t>& fresh);
   Result<void> judge(std::vector<uint32_t> trial, const State& before);

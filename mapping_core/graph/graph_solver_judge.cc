@@ -60,7 +60,7 @@ Result<void> GraphSolver::judge(std::vector<uint32_t> trial, const State& before
     std::erase_if(trial, [&](uint32_t i) { return graph_.chi2(i) >= worst / 3; });
     restore(without);
     for (const uint32_t i : trial) setWeight(i, 1);
-    if (auto relaxed = relax(clustersOf(trial), options_.rounds); !relaxed) return relaxed.error();
+    if (auto relaxed = relax(clustersOf(trial)); !relaxed) return relaxed.error();
   }
   const std::vector<uint32_t> against = conflicts();
   if (against.empty()) return {};
@@ -92,7 +92,7 @@ Result<void> GraphSolver::dropConflicts(std::vector<uint32_t> spared) {
     std::erase_if(against, [&](uint32_t i) { return std::binary_search(spared.begin(), spared.end(), i); });
     if (against.empty()) return {};
     for (const uint32_t i : against) setWeight(i, 0);
-    if (auto relaxed = relax(clustersOf(against), options_.rounds); !relaxed) return relaxed.error();
+    if (auto relaxed = relax(clustersOf(against)); !relaxed) return relaxed.error();
   }
   return {};
 }
@@ -109,7 +109,7 @@ Result<void> GraphSolver::readmit() {
   }
   std::vector<uint8_t> active = clustersOf(back);
   for (const uint32_t c : restless_) active[c] = 1;
-  if (auto relaxed = relax(active, options_.rounds); !relaxed) return relaxed.error();
+  if (auto relaxed = relax(active); !relaxed) return relaxed.error();
   return dropConflicts({});
 }
 
@@ -161,7 +161,7 @@ Result<void> GraphSolver::hearTheRejected() {
       setWeight(k, 1);
       edges_moved_[k] = 1;
     }
-    if (auto relaxed = relax(clustersOf(group), options_.rounds); !relaxed) return relaxed.error();
+    if (auto relaxed = relax(clustersOf(group)); !relaxed) return relaxed.error();
     if (auto dropped = dropConflicts(group); !dropped) return dropped;
     if (auto dropped = dropConflicts({}); !dropped) return dropped;
     if (robustCost() < cost_before) continue;

@@ -6,7 +6,7 @@
 namespace comap {
 namespace {
 
-constexpr GraphSolveLimits kPerRound{10, 1e-8};
+constexpr GraphSolveLimits kPerRound{10, 1e-8, 1e8};
 
 Pose poseOf(const GraphProblem::Block& x) {
   return Pose(Eigen::Quaterniond(Eigen::Map<const Eigen::Vector4d>(x.data())),
@@ -19,7 +19,11 @@ bool any(const std::vector<uint8_t>& flags) {
 
 }  // namespace
 
-Result<bool> GraphSolver::relax(std::vector<uint8_t> active, int max_rounds) {
+Result<bool> GraphSolver::relax(std::vector<uint8_t> active) {
+  return relax(std::move(active), options_.rounds, options_.free_poses);
+}
+
+Result<bool> GraphSolver::relax(std::vector<uint8_t> active, int max_rounds, size_t free_poses) {
   restless_.clear();
   for (int round = 0; round < max_rounds && any(active); ++round) {
     const std::vector<GraphProblem::Block> before = graph_.blocks();
@@ -28,7 +32,7 @@ Result<bool> GraphSolver::relax(std::vector<uint8_t> active, int max_rounds) {
     iterations_ += *iterations;
     ++rounds_;
     noteMotion(before, active);
-    active = strained(active);
+    active = strained(active, free_poses);
   }
   for (uint32_t c = 0; c < clusters_.size(); ++c)
     if (active[c]) restless_.insert(c);
@@ -42,20 +46,22 @@ Result<bool> GraphSolver::relaxAll() {
   const auto iterations = clusters_.solve(none, 0, kPerRound);
   if (!iterations) return iterations.error();
   iterations_ += *iterations;
-  const int sweeps = 10 + 10 * static_cast<int>(graph_.poses() / options_.free_poses);
+  const int sweeps = 10 + 10 * static_cast<int>(graph_.poses() / options_.free_poses_of_all);
   std::fill(poses_moved_.begin(), poses_moved_.end(), 1);
-  return relax(strained(none), sweeps);
+  return relax(strained(none, options_.free_poses_of_all), sweeps, options_.free_poses_of_all);
 }
 
 void GraphSolver::noteMotion(const std::vector<GraphProblem::Block>& before, const std::vector<uint8_t>& active) {
+  std::vector<Pose> T_new_old;  // per pose: what it would do to a point of the map that rode on it
+  for (uint32_t i = 0; i < before.size(); ++i) T_new_old.push_back(graph_.pose(i) * poseOf(before[i]).inverse());
   for (uint32_t i = 0; i < graph_.edges(); ++i) {
     const GraphProblem::BuiltEdge& edge = graph_.edge(i);
     const uint32_t cluster = clusters_.of(edge.from);
     if (removed_[i] || (cluster == clusters_.of(edge.to) && !active[cluster])) continue;
-    const Pose T_old = poseOf(before[edge.from]).inverse() * poseOf(before[edge.to]);
-    const Pose T_new = graph_.pose(edge.from).inverse() * graph_.pose(edge.to);
-    const Pose moved = T_old.inverse() * T_new;
-    if (moved.translation().norm() < 0.25 * options_.settled_m && moved.angle() < 0.25 * options_.settled_rad) continue;
+    const Pose apart = T_new_old[edge.from].inverse() * T_new_old[edge.to];
+    const Eigen::Map<const Eigen::Vector3d> end(before[edge.to].data() + 4);
+    const double moved_m = (apart * end - end).norm();
+    if (moved_m < 0.25 * options_.settled_m && apart.angle() < 0.25 * options_.settled_rad) continue;
     edges_moved_[i] = 1;
     poses_moved_[edge.from] = poses_moved_[edge.to] = 1;
   }
@@ -63,7 +69,7 @@ void GraphSolver::noteMotion(const std::vector<GraphProblem::Block>& before, con
 
 // The clusters to solve next: those that strain most, and while there is room those that were active, so that the
 // active part grows. Poses that did not move against a neighbour strain no more than before.
-std::vector<uint8_t> GraphSolver::strained(const std::vector<uint8_t>& active) {
+std::vector<uint8_t> GraphSolver::strained(const std::vector<uint8_t>& active, size_t free_poses) {
   std::vector<std::pair<double, uint32_t>> order;
   for (uint32_t c = 0; c < clusters_.size(); ++c) {
     double worst = 0;
@@ -84,7 +90,7 @@ std::vector<uint8_t> GraphSolver::strained(const std::vector<uint8_t>& active) {
   std::sort(order.begin(), order.end());
   size_t poses = 0;
   const auto take = [&](uint32_t c) {
-    if (next[c] || poses + clusters_.members(c).size() > options_.free_poses) return;
+    if (next[c] || poses + clusters_.members(c).size() > free_poses) return;
     next[c] = 1;
     poses += clusters_.members(c).size();
   };

@@ -83,7 +83,6 @@ struct Arguments {
 
 void printTimes(const char* name, const Times& t, size_t count) {
   std::printf("  %-26s median %.3f s, 95 %% %.3f s, worst %.3f s (of %zu)\n", name, t.median, t.p95, t.worst, count);
-  std::fflush(stdout);
 }
 
 // The graph is there, at rest; the last keyframes come one by one with their closures. --grow: all of them do.
@@ -171,7 +170,6 @@ bool benchmarkBatch(int keyframes, unsigned seed) {
       "%zu\n",
       keyframes, edges.size(), cpuSeconds() - start, solution->iterations, std::sqrt(sum / keyframes), used,
       building.false_edges);
-  std::fflush(stdout);
   return true;
 }
 
@@ -200,7 +198,6 @@ void benchmarkFerns(int places, unsigned seed) {
   const Times t = timesOf(seconds);
   std::printf("ferns, %d places: query median %.2f ms, 95 %% %.2f ms, worst %.2f ms\n", places, 1e3 * t.median,
               1e3 * t.p95, 1e3 * t.worst);
-  std::fflush(stdout);
 }
 
 bool run(const Arguments& arguments) {
@@ -221,6 +218,7 @@ bool run(const Arguments& arguments) {
 }  // namespace comap
 
 int main(int argc, char** argv) {
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);  // what is known so far is not lost if the run is ended
   CLI::App app("Measures the keyframe graph and the fern index on synthetic buildings");
   comap::Arguments arguments;
   app.add_option("--keyframes", arguments.keyframes, "Sizes")->check(CLI::Range(200, 200000))->capture_default_str();
