@@ -3,8 +3,8 @@
 //   void improve(Disc disc, ivec2 pixel): by an atomic.
 // Software devices run both sides of each branch for eight discs side by side, and atomics one by one, also those of
 // discs that have none. So all of a window of pixels is looked at first, and what is to be changed then: atomics run as
-// often as the most changed disc of eight needs, not once for each pixel. Loops end where they are left, for such
-// devices run a loop's body once more in vain if it is left at its head.
+// often as the most changed disc of eight needs, not once for each pixel. Loops are left at their ends as that in
+// common/items.glsl.
 const int kAcross = 4;  // most discs are 3 or 4 pixels wide: as far apart as their keyframe's pixels made them
 const int kDown = 8;
 

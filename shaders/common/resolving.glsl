@@ -1,5 +1,6 @@
 // What each pixel of a prediction shows, if that is of this chunk. SHOWN_WORD picks the word of the look that is shown
 // beside colour and confidence.
+#include "common/items.glsl"
 #include "common/texels.glsl"
 layout(local_size_x = 128) in;
 layout(binding = 0) uniform samplerBuffer places;
@@ -48,19 +49,18 @@ void visit(uint i) {
 
 void main() {
   push = given;
-  uint first = gl_WorkGroupID.x * 1024u + gl_LocalInvocationID.x;
+  uint first = firstItem();
   uint pixels = push.width * push.height;
   uint shown = 0u;
   for (uint k = 0u; k < 8u; ++k) {
-    uint i = first + 128u * k;
+    uint i = first + kItemStep * k;
     uint key = fetchWord(keys, min(i, pixels - 1u));
     bool own = key == kNoWinner ? push.clears != 0u : (key & kSurfelMask) - push.base < push.count;
     shown |= i < pixels && own ? 1u << k : 0u;
   }
-  // Most chunks in view show few pixels. The loop is left at its end: software devices run a body once more in vain if
-  // it is left at its head.
+  // Most chunks in view show few pixels. The loop is left at its end as that in common/items.glsl.
   for (;;) {
-    if (shown != 0u) visit(first + 128u * uint(findLSB(shown)));
+    if (shown != 0u) visit(first + kItemStep * uint(findLSB(shown)));
     shown &= shown - 1u;
     if (shown == 0u) break;
   }
