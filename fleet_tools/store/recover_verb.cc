@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <future>
 #include <memory>
 #include <optional>
 
@@ -63,27 +64,38 @@ Result<void> moveTo(const std::string& draft, const std::string& path) {
 }
 
 // Under another name until all that is whole is in it: half of it would look like a whole store.
+class Draft {
+ public:
+  explicit Draft(const std::string& store) : path_(store + ".part") { removeStore(path_); }  // of one interrupted
+  Draft(const Draft&) = delete;
+  Draft& operator=(const Draft&) = delete;
+  ~Draft() { removeStore(path_); }
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+// It is copied while it is looked at: most stores are whole but for a few rows, if any.
 Result<StoreSurvey> save(const RecoverArguments& arguments) {
   if (auto free = checkFree(arguments.change.store); !free) return free.error();
   const auto lock = StoreLock::take(arguments.damaged);
   if (!lock) return lock.error();
+  const Draft draft(arguments.change.store);
+  auto copied = std::async(std::launch::async, copyUnseen, arguments.damaged, draft.path());
   auto survey = [&] {
     Progress progress("reading keyframes");
     const auto show = [&](size_t done, size_t all) { progress.show(done, all); };
     return surveyStore(arguments.damaged, show, SurveyDepth::kRows);
   }();
+  const bool is_copied = copied.get();
   if (!survey) return survey;
   if (survey->keyframes.empty() && !survey->damage.empty())
     return Error{ErrorCode::kProblem, arguments.damaged + ": no keyframe can be saved, " +
                                           counted(survey->lost_keyframes, "keyframe") +
                                           " lost; 'fleet doctor' tells what is damaged"};
-  const std::string draft = arguments.change.store + ".part";
-  removeStore(draft);  // of a start that was interrupted
-  if (auto saved = saveWhole(*survey, draft); !saved) {
-    removeStore(draft);
-    return saved.error();
-  }
-  if (auto moved = moveTo(draft, arguments.change.store); !moved) return moved.error();
+  if (auto saved = saveWhole(*survey, draft.path(), is_copied); !saved) return saved.error();
+  if (auto moved = moveTo(draft.path(), arguments.change.store); !moved) return moved.error();
   return survey;
 }
 

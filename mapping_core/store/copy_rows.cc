@@ -2,6 +2,8 @@
 
 #include <zlib.h>
 
+#include <filesystem>
+
 #include "mapping_core/store/schema.h"
 #include "mapping_core/store/survey_keyframes.h"
 #include "mapping_core/store/survey_rows.h"
@@ -93,9 +95,20 @@ Result<void> describe(Database& to, Database& from, const StoredKeyframe& keyfra
   return row->bind(static_cast<int64_t>(crc32_z(0, message->data(), message->size()))).run();
 }
 
+Result<void> empty(Database& to, std::initializer_list<const char*> tables) {
+  for (const char* table : tables)
+    if (auto emptied = to.execute(std::string("DELETE FROM main.") + table); !emptied) return emptied;
+  return {};
+}
+
+// Together: what is wrong with one of the three tables changes what is wanted of the others.
+bool areKeyframesWhole(const StoreSurvey& survey) {
+  return survey.keyframe_indexes_whole && survey.messages.all() && survey.descriptions.all() && survey.poses.all();
+}
+
 Result<void> copyKeyframes(Database& to, const StoreSurvey& survey) {
-  const bool all =
-      survey.keyframe_indexes_whole && survey.messages.all() && survey.descriptions.all() && survey.poses.all();
+  if (auto emptied = empty(to, {"poses", "keyframe_messages", "keyframes"}); !emptied) return emptied;
+  const bool all = areKeyframesWhole(survey);
   const std::string there = " AND arrival IN (SELECT keyframe FROM main.keyframe_messages)";
   for (const Source& source : {Source{"keyframe_messages", "keyframe", "", survey.messages, all},
                                Source{"keyframes", "arrival", there, survey.descriptions, all}})
@@ -105,12 +118,26 @@ Result<void> copyKeyframes(Database& to, const StoreSurvey& survey) {
   for (const WholeKeyframe& keyframe : survey.keyframes)
     if (!keyframe.described)
       if (auto described = describe(to, *from, keyframe.stored); !described) return described;
-  if (auto copied = copyTable(to, {"poses", "keyframe", "", survey.poses, all}); !copied) return copied;
-  for (const char* sql : {"DELETE FROM main.poses WHERE keyframe NOT IN (SELECT arrival FROM main.keyframes)",
-                          "INSERT INTO main.robots (bit, name) SELECT row_number() OVER (ORDER BY min(arrival)) - 1, "
-                          "robot FROM main.keyframes GROUP BY robot"})
+  return copyTable(to, {"poses", "keyframe", "", survey.poses, all});
+}
+
+// What follows from the keyframes that are there.
+Result<void> fitKeyframes(Database& to) {
+  for (const char* sql :
+       {"DELETE FROM main.poses WHERE keyframe NOT IN (SELECT arrival FROM main.keyframes)", "DELETE FROM main.robots",
+        "INSERT INTO main.robots (bit, name) SELECT row_number() OVER (ORDER BY min(arrival)) - 1, "
+        "robot FROM main.keyframes GROUP BY robot"})
     if (auto done = to.execute(sql); !done) return done;
   return {};
+}
+
+// On a connection that may only read, SQLite copies row by row, in three times the time. On any other it writes nothing
+// either, unless there is a log, which would be played back.
+Result<Database> openToCopy(const std::string& path) {
+  std::error_code none;
+  const bool logged = std::filesystem::exists(path + "-wal", none) || std::filesystem::exists(path + "-journal", none);
+  return Database::open(std::filesystem::absolute(path).string(),
+                        logged ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE);
 }
 
 // Those for speed that the damaged store has as well: they are then copied with their table.
@@ -125,31 +152,52 @@ Result<void> makeSameIndexes(Database& to) {
   return {};
 }
 
-Result<void> copyTables(Database& to, const StoreSurvey& survey) {
-  if (auto made = makeSameIndexes(to); !made) return made;
-  if (auto copied = copyKeyframes(to, survey); !copied) return copied;
+Result<void> copyTables(Database& to, const StoreSurvey& survey, bool copied) {
+  if (!copied || !areKeyframesWhole(survey))
+    if (auto done = copyKeyframes(to, survey); !done) return done;
+  if (auto fitted = fitKeyframes(to); !fitted) return fitted;
   const KeptRows& merges = survey.merge_rows;
   for (const Source& source :
        {Source{"edges", "number", "", survey.edges, survey.edge_indexes_whole && survey.edges.all()},
         Source{"verdicts", "number", "", survey.verdicts, survey.verdict_indexes_whole && survey.verdicts.all()},
         Source{"merges", "number", "", merges}, Source{"merge_robots", "merge", "", merges},
-        Source{"merge_voters", "merge", "", merges}})
-    if (auto copied = copyTable(to, source); !copied) return copied;
-  return {};
+        Source{"merge_voters", "merge", "", merges}}) {
+    if (copied && source.all) continue;
+    if (auto emptied = empty(to, {source.table.c_str()}); !emptied) return emptied;
+    if (auto done = copyTable(to, source); !done) return done;
+  }
+  return empty(to, {"tiles", "meta"});
 }
 
 }  // namespace
 
-Result<void> copyWholeRows(const StoreSurvey& survey, const std::string& path) {
+bool copyUnseen(const std::string& damaged, const std::string& path) {
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(damaged, none) || !cutOffText(damaged).empty()) return false;
+  auto from = openToCopy(damaged);
+  auto copy = from ? from->query("VACUUM INTO ?") : Result<Query>(from.error());
+  if (copy && copy->bind(std::filesystem::absolute(path).string()).run()) {
+    auto to = Database::open(std::filesystem::absolute(path).string(), SQLITE_OPEN_READONLY);
+    // A damaged store may have tables, or rules for them, of its own.
+    if (const auto ours = to ? isSchema(*to) : Result<bool>(to.error()); ours && *ours) return true;
+  }
+  std::filesystem::remove(path, none);
+  return false;
+}
+
+Result<void> copyWholeRows(const StoreSurvey& survey, const std::string& path, bool copied) {
   auto to = Database::open(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_URI);
   if (!to) return to.error();
   // Nobody has the file yet; it is synchronised when it is whole. The cache holds the indexes of 10^6 rows.
   for (const char* pragma : {"PRAGMA journal_mode = MEMORY", "PRAGMA synchronous = OFF", "PRAGMA cache_size = -262144"})
     if (auto set = to->execute(pragma); !set) return set;
-  if (auto created = createSchema(*to); !created) return created;
+  if (!copied)
+    if (auto created = createSchema(*to); !created) return created;
   if (!cutOffText(survey.path).empty()) to->readCutOff();
   if (auto attached = to->attachReading(survey.path, "damaged"); !attached) return attached;
-  return copyTables(*to, survey);
+  if (!copied)
+    if (auto made = makeSameIndexes(*to); !made) return made;
+  return copyTables(*to, survey, copied);
 }
 
 }  // namespace comap

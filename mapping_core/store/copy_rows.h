@@ -6,9 +6,9 @@
 
 namespace comap {
 
-/// Makes a store at `path` and copies keyframes, poses, edges, verdicts and merges; of all but keyframes only what
-/// their numbers in the survey are. Indexes for speed that the damaged one lacks are left to whoever opens it.
-/// Until it is closed a crash leaves it useless.
-Result<void> copyWholeRows(const StoreSurvey& survey, const std::string& path);
+/// Makes a store at `path`, or where copyUnseen() has made one keeps of it what is whole; copies keyframes, poses,
+/// edges, verdicts and merges; of all but keyframes only what their numbers in the survey are. Indexes for speed that
+/// the damaged one lacks are left to whoever opens it. Until it is closed a crash leaves it useless.
+Result<void> copyWholeRows(const StoreSurvey& survey, const std::string& path, bool copied);
 
 }  // namespace comap

@@ -10,19 +10,17 @@
 #define COMAP_INFORMATION_COLUMNS                                                              \
   "i00, i01, i02, i03, i04, i05, i10, i11, i12, i13, i14, i15, i20, i21, i22, i23, i24, i25, " \
   "i30, i31, i32, i33, i34, i35, i40, i41, i42, i43, i44, i45, i50, i51, i52, i53, i54, i55"
-// Their types, as Query::areOf takes them.
-#define COMAP_7_REALS "rrrrrrr"
-#define COMAP_36_REALS "rrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrr"
-#define COMAP_EDGE_COLUMNS                                                                                \
-  "kind, from_robot, from_session, from_sequence, to_robot, to_session, to_sequence, " COMAP_POSE_COLUMNS \
-  ", " COMAP_INFORMATION_COLUMNS ", merge, withdrawn_by"
-#define COMAP_EDGE_TYPES "ttiitii" COMAP_7_REALS COMAP_36_REALS "ii"
+#define COMAP_TIE_COLUMNS "kind, from_robot, from_session, from_sequence, to_robot, to_session, to_sequence"
+#define COMAP_EDGE_COLUMNS \
+  COMAP_TIE_COLUMNS ", " COMAP_POSE_COLUMNS ", " COMAP_INFORMATION_COLUMNS ", merge, withdrawn_by"
 #define COMAP_VERDICT_COLUMNS COMAP_JUDGED_COLUMNS ", " COMAP_INFORMATION_COLUMNS
-#define COMAP_JUDGED_COLUMNS                                                                             \
+#define COMAP_JUDGED_COLUMNS COMAP_JUDGEMENT_COLUMNS ", " COMAP_SCORE_COLUMNS ", " COMAP_POSE_COLUMNS
+#define COMAP_JUDGEMENT_COLUMNS                                                                          \
   "query_robot, query_session, query_sequence, candidate_robot, candidate_session, candidate_sequence, " \
-  "accepted, reason, fern_dissimilarity, inlier_ratio, rms_sigma, degeneracy, photometric_median, "      \
-  "seen_through, unlike, features, round_trip_m, round_trip_rad, " COMAP_POSE_COLUMNS
-#define COMAP_VERDICT_TYPES "tiitiiitrrrrrrrrrr" COMAP_7_REALS COMAP_36_REALS
+  "accepted, reason"
+#define COMAP_SCORE_COLUMNS                                                                             \
+  "fern_dissimilarity, inlier_ratio, rms_sigma, degeneracy, photometric_median, seen_through, unlike, " \
+  "features, round_trip_m, round_trip_rad"
 #define COMAP_MERGE_COLUMNS "number, kept, absorbed, keyframes_ingested, undone, " COMAP_POSE_COLUMNS
 
 namespace comap {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <set>
 #include <string>
 
 namespace comap {
@@ -116,6 +117,21 @@ std::string tables() {
   return sql;
 }
 
+// What is declared, and by which words.
+Result<std::set<std::string>> declarations(Database& database) {
+  auto query = database.query(
+      "SELECT type || ' ' || name || ' ' || tbl_name || ' ' || coalesce(sql, '') "
+      "FROM main.sqlite_schema");
+  if (!query) return query.error();
+  std::set<std::string> result;
+  for (;;) {
+    const auto row = query->step();
+    if (!row) return row.error();
+    if (!*row) return result;
+    result.insert(query->text());
+  }
+}
+
 std::string hex(int64_t value) {
   char text[32];
   std::snprintf(text, sizeof text, "0x%08llx", static_cast<unsigned long long>(value));
@@ -167,6 +183,23 @@ Result<bool> checkSchema(Database& database) {
                      std::to_string(kFirstStoreVersion) +
                      ", the oldest that this program reads; make the map again from the recordings"};
   return true;
+}
+
+Result<bool> isSchema(Database& database) {
+  auto fresh = Database::open(":memory:", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
+  if (!fresh) return fresh.error();
+  if (auto created = createSchema(*fresh); !created) return created.error();
+  const auto least = declarations(*fresh);
+  if (!least) return least.error();
+  if (auto created = createIndexes(*fresh); !created) return created.error();
+  const auto most = declarations(*fresh);
+  if (!most) return most.error();
+  const auto found = declarations(database);
+  if (!found) return found.error();
+  const Result<int64_t> version = database.integer("PRAGMA user_version");
+  if (!version) return version.error();
+  return *version == kStoreVersion && std::includes(found->begin(), found->end(), least->begin(), least->end()) &&
+         std::includes(most->begin(), most->end(), found->begin(), found->end());
 }
 
 Result<void> migrateSchema(Database& database, std::span<const Migration> steps, int64_t to) {

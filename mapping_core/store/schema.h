@@ -24,6 +24,10 @@ std::span<const char* const> indexNames();
 /// program cannot read. Returns false if the database is empty.
 Result<bool> checkSchema(Database& database);
 
+/// Whether tables and indexes are this program's, word by word, and nothing else is there; indexes for speed may be
+/// missing.
+Result<bool> isSchema(Database& database);
+
 /// What brings a store of version `from` to the next one.
 struct Migration {
   int64_t from;

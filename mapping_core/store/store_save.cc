@@ -59,9 +59,9 @@ Result<void> saveLostTies(const StoreSurvey& survey, Database& from, MapStore& t
 
 }  // namespace
 
-Result<void> saveWhole(const StoreSurvey& survey, const std::string& path) {
+Result<void> saveWhole(const StoreSurvey& survey, const std::string& path, bool copied) {
   const std::string absolute = std::filesystem::absolute(path).string();
-  if (auto copied = copyWholeRows(survey, absolute); !copied) return copied;
+  if (auto done = copyWholeRows(survey, absolute, copied); !done) return done;
   auto from = openDamaged(survey.path);
   if (!from) return from.error();
   auto to = MapStore::open(absolute, MapStore::Mode::kOpen);

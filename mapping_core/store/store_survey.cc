@@ -17,6 +17,14 @@ namespace {
 
 constexpr int kTold = 20;  // of what SQLite finds
 
+// Of rows of edges and verdicts, what is looked at, and its types. reals() tells of the rest.
+#define COMAP_EDGE_LOOK \
+  COMAP_TIE_COLUMNS ", merge, withdrawn_by, reals(" COMAP_INFORMATION_COLUMNS "), " COMAP_POSE_COLUMNS
+#define COMAP_VERDICT_LOOK \
+  COMAP_JUDGEMENT_COLUMNS ", reals(" COMAP_SCORE_COLUMNS ", " COMAP_INFORMATION_COLUMNS "), " COMAP_POSE_COLUMNS
+constexpr std::string_view kEdgeTypes = "ttiitiiiiirrrrrrr", kVerdictTypes = "tiitiiitirrrrrrr";
+constexpr int64_t kMistyped = 0, kFinite = 2;  // as reals() tells
+
 Error damagedRow(const std::string& text) { return {ErrorCode::kBadData, text}; }
 Error mistyped() { return damagedRow("a value of it is of another type than its column"); }
 
@@ -46,7 +54,11 @@ void readMeta(Database& database, StoreSurvey& survey) {
   if (!row) survey.damage.push_back("the settings of the store: " + row.error().text);
 }
 
-// Keyframes by their place in survey.keyframes.
+// Each by its place.
+void addAll(const std::vector<WholeKeyframe>& keyframes, KeyframeRuns& whole) {
+  for (size_t i = 0; i < keyframes.size(); ++i) whole.add(keyframes[i].stored.id, static_cast<uint32_t>(i));
+}
+
 Result<std::array<uint32_t, 2>> placesOf(const KeyframeRuns& whole, const KeyframeId& a, const KeyframeId& b) {
   std::array<uint32_t, 2> places{};
   for (size_t end = 0; end < 2; ++end) {
@@ -58,40 +70,66 @@ Result<std::array<uint32_t, 2>> placesOf(const KeyframeRuns& whole, const Keyfra
   return places;
 }
 
-void readEdges(Database& database, const KeyframeRuns& whole, StoreSurvey& survey, IndexEntries& entries) {
+void readEdges(Database& database, StoreSurvey& survey, IndexEntries& entries) {
+  KeyframeRuns whole;
+  addAll(survey.keyframes, whole);
   const auto check = [&](int64_t number, Query& row) -> Result<void> {
-    if (!row.areOf(COMAP_EDGE_TYPES)) return mistyped();
-    const auto edge = edgeOf(row, database.path());
-    if (!edge) return edge.error();
-    if (!edge->edge.information.allFinite() || !edge->edge.T_from_to.translation().allFinite())
-      return damagedRow("a number of it is none");
-    const auto places = placesOf(whole, edge->edge.from, edge->edge.to);
+    if (!row.areOf(kEdgeTypes)) return mistyped();
+    const std::string_view kind = row.textView();
+    const KeyframeId from = row.keyframeId(), to = row.keyframeId();
+    const int64_t merge = row.unsigned32(), withdrawn_by = row.unsigned32(), reals = row.integer();
+    const Pose T_from_to = row.pose();
+    if (reals == kMistyped) return mistyped();
+    const auto known = kindOf(std::string(kind), database.path());
+    if (!known) return known.error();
+    if (reals != kFinite || !T_from_to.translation().allFinite()) return damagedRow("a number of it is none");
+    const auto places = placesOf(whole, from, to);
     if (!places) return places.error();
     if (auto values = row.values(); !values) return values;
     for (const uint32_t place : *places) survey.keyframes[place].has_edge = true;
-    if (edge->edge.kind == EdgeKind::kOdometry) survey.keyframes[(*places)[1]].tied = true;
-    const std::string kind = kindName(edge->edge.kind);
-    const int64_t merge = edge->edge.merge, withdrawn_by = edge->withdrawn_by;
-    entries.edges.add(EntryHash().add(kind).add(edge->edge.from).add(edge->edge.to).add(number));
+    if (*known == EdgeKind::kOdometry) survey.keyframes[(*places)[1]].tied = true;
+    entries.edges.add(EntryHash().add(kind).add(from).add(to).add(number));
     if (withdrawn_by != 0) entries.withdrawn_edges.add(EntryHash().add(withdrawn_by).add(kind).add(number));
     if (merge != 0) entries.edges_of_merges.add(EntryHash().add(merge).add(number));
     return {};
   };
-  surveyTable(database, "edge", COMAP_TABLE_ROWS("edges", "number", COMAP_EDGE_COLUMNS), check, survey.damage,
+  surveyTable(database, "edge", COMAP_TABLE_ROWS("edges", "number", COMAP_EDGE_LOOK), check, survey.damage,
               survey.edges);
 }
 
-void readVerdicts(Database& database, const KeyframeRuns& whole, StoreSurvey& survey, IndexEntries& entries) {
+// What is read of a store beside its edges.
+struct BesideEdges {
+  KeptRows verdicts;
+  EntrySum verdict_entries;
+  std::vector<std::string> damage;
+  FoundIndexes indexes;
+};
+
+void readVerdicts(Database& database, const std::vector<WholeKeyframe>& keyframes, BesideEdges& found) {
+  KeyframeRuns whole;
+  addAll(keyframes, whole);
   const auto check = [&](int64_t number, Query& row) -> Result<void> {
-    if (!row.areOf(COMAP_VERDICT_TYPES)) return mistyped();
-    const MatchVerdict verdict = verdictOf(row);
-    if (auto places = placesOf(whole, verdict.query, verdict.candidate); !places) return places.error();
+    if (!row.areOf(kVerdictTypes)) return mistyped();
+    const KeyframeId query = row.keyframeId(), candidate = row.keyframeId();
+    const int64_t accepted = row.integer();
+    const std::string_view reason = row.textView();
+    const int64_t reals = row.integer();
+    (void)row.pose();  // what is wrong with it is among the values
+    if (reals == kMistyped) return mistyped();
+    if (auto places = placesOf(whole, query, candidate); !places) return places.error();
     if (auto values = row.values(); !values) return values;
-    entries.verdicts.add(EntryHash().add(int64_t{verdict.accepted}).add(verdict.reason).add(number));
+    found.verdict_entries.add(EntryHash().add(int64_t{accepted != 0}).add(reason).add(number));
     return {};
   };
-  surveyTable(database, "verdict", COMAP_TABLE_ROWS("verdicts", "number", COMAP_VERDICT_COLUMNS), check, survey.damage,
-              survey.verdicts);
+  surveyTable(database, "verdict", COMAP_TABLE_ROWS("verdicts", "number", COMAP_VERDICT_LOOK), check, found.damage,
+              found.verdicts);
+}
+
+BesideEdges readBesideEdges(Database& database, const std::vector<WholeKeyframe>& keyframes, bool indexes) {
+  BesideEdges found;
+  readVerdicts(database, keyframes, found);
+  if (indexes) found.indexes = readIndexes(database);
+  return found;
 }
 
 void readMerges(Database& database, StoreSurvey& survey) {
@@ -122,16 +160,40 @@ void readTiles(Database& database, StoreSurvey& survey) {
 }
 
 // Of tables that are whole: of others, rows are copied one by one, and their indexes made anew.
-void compareIndexes(Database& database, const IndexEntries& entries, StoreSurvey& survey) {
-  const auto compare = [&](const char* what, bool rows_whole, bool (*whole)(Database&, const IndexEntries&)) {
-    if (!rows_whole) return false;
-    if (whole(database, entries)) return true;
-    survey.damage.push_back(std::string("an index of the ") + what + " does not say what they say");
-    return false;
+void compareIndexes(const FoundIndexes& found, const IndexEntries& rows, StoreSurvey& survey) {
+  const auto compare = [&](const char* what, bool rows_whole, bool same) {
+    if (rows_whole && !same)
+      survey.damage.push_back(std::string("an index of the ") + what + " does not say what they say");
+    return rows_whole && same;
   };
-  survey.keyframe_indexes_whole = compare("keyframes", survey.descriptions.all(), areKeyframeIndexesWhole);
-  survey.edge_indexes_whole = compare("edges", survey.edges.all(), areEdgeIndexesWhole);
-  survey.verdict_indexes_whole = compare("verdicts", survey.verdicts.all(), areVerdictIndexesWhole);
+  survey.keyframe_indexes_whole = compare("keyframes", survey.descriptions.all(), found.keyframes.says(rows.keyframes));
+  survey.edge_indexes_whole =
+      compare("edges", survey.edges.all(),
+              found.edges.says(rows.edges) && found.withdrawn_edges.says(rows.withdrawn_edges) &&
+                  found.edges_of_merges.says(rows.edges_of_merges));
+  survey.verdict_indexes_whole = compare("verdicts", survey.verdicts.all(), found.verdicts.says(rows.verdicts));
+}
+
+// Keyframes first: edges and verdicts name them. Then edges, and beside them on a connection of its own, or after them,
+// the rest.
+Result<void> readRows(Database& database, StoreSurvey& survey, bool side_by_side,
+                      const std::function<void(size_t, size_t)>& progress) {
+  IndexEntries entries;
+  surveyKeyframes(database, survey, entries, progress);
+  auto second = side_by_side ? openDamaged(survey.path) : Result<Database>(Error());
+  if (side_by_side && !second) return second.error();
+  auto beside = std::async(side_by_side ? std::launch::async : std::launch::deferred, [&] {
+    return readBesideEdges(side_by_side ? *second : database, survey.keyframes, side_by_side);
+  });
+  readEdges(database, survey, entries);
+  BesideEdges found = beside.get();
+  survey.verdicts = std::move(found.verdicts);
+  entries.verdicts = found.verdict_entries;
+  survey.damage.insert(survey.damage.end(), found.damage.begin(), found.damage.end());
+  readMerges(database, survey);
+  readTiles(database, survey);
+  if (side_by_side) compareIndexes(found.indexes, entries, survey);
+  return {};
 }
 
 Result<void> surveyTables(Database& database, StoreSurvey& survey, SurveyDepth depth,
@@ -141,25 +203,14 @@ Result<void> surveyTables(Database& database, StoreSurvey& survey, SurveyDepth d
   if (!ours) return ours.error();
   if (!*ours) return Error{ErrorCode::kBadData, path + ": is empty, no map store"};
   if (const std::string cut_off = cutOffText(path); !cut_off.empty()) survey.damage.push_back(cut_off);
-  std::future<std::vector<std::string>> pages;
-  if (depth == SurveyDepth::kPages) pages = std::async(std::launch::async, checkPages, path);
+  const bool pages = depth == SurveyDepth::kPages;
+  std::future<std::vector<std::string>> page_check;
+  if (pages) page_check = std::async(std::launch::async, checkPages, path);
   const size_t before_rows = survey.damage.size();
   readMeta(database, survey);
   remarkCompactDue(database, survey.remarks);
-  IndexEntries entries;
-  surveyKeyframes(database, survey, entries, progress);
-  KeyframeRuns whole;
-  for (size_t i = 0; i < survey.keyframes.size(); ++i)
-    whole.add(survey.keyframes[i].stored.id, static_cast<uint32_t>(i));
-  readEdges(database, whole, survey, entries);
-  readVerdicts(database, whole, survey, entries);
-  readMerges(database, survey);
-  readTiles(database, survey);
-  if (depth == SurveyDepth::kRows) {
-    compareIndexes(database, entries, survey);
-    return {};
-  }
-  const std::vector<std::string> of_pages = pages.get();
+  if (auto read = readRows(database, survey, !pages, progress); !read || !pages) return read;
+  const std::vector<std::string> of_pages = page_check.get();
   survey.keyframe_indexes_whole = survey.edge_indexes_whole = survey.verdict_indexes_whole = of_pages.empty();
   survey.damage.insert(survey.damage.begin() + static_cast<std::ptrdiff_t>(before_rows), of_pages.begin(),
                        of_pages.end());

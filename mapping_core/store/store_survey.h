@@ -38,7 +38,8 @@ struct StoreSurvey {
 };
 
 enum class SurveyDepth {
-  kRows,   ///< every row, and each index of a large table against its rows: all that saveWhole() needs
+  kRows,   ///< every row, and each index of a large table against its rows, side by side: all that saveWhole() needs.
+           ///< Only of a store that nobody writes
   kPages,  ///< and what SQLite's own check finds, that no row need suffer from; it takes about as long
 };
 
@@ -48,10 +49,16 @@ enum class SurveyDepth {
 Result<StoreSurvey> surveyStore(const std::string& path, const std::function<void(size_t, size_t)>& progress = {},
                                 SurveyDepth depth = SurveyDepth::kPages);
 
+/// Makes a store at `path` of all that is in the one at `damaged`, which nobody writes, whether it is whole or not: by
+/// SQLite, entry by entry as they lie in the file. Meant to run beside surveyStore(). Returns false, and leaves
+/// nothing, where damage or anything else is in its way.
+bool copyUnseen(const std::string& damaged, const std::string& path);
+
 /// Writes all that is whole into a new store at `path`, and nothing that is there is looked at; tiles are left to
-/// whoever computes the maps anew. Odometry edges that are lost are taken from the keyframes themselves. Closures of a
-/// merge that is lost are left out: their verdicts can join the maps again. What fails or is interrupted leaves half a
-/// store, so that it should get its name afterwards.
-Result<void> saveWhole(const StoreSurvey& survey, const std::string& path);
+/// whoever computes the maps anew. `copied`: copyUnseen() has made a store there; of it, tables that are whole stay.
+/// Odometry edges that are lost are taken from the keyframes themselves. Closures of a merge that is lost are left out:
+/// their verdicts can join the maps again. What fails or is interrupted leaves half a store, so that it should get its
+/// name afterwards.
+Result<void> saveWhole(const StoreSurvey& survey, const std::string& path, bool copied = false);
 
 }  // namespace comap

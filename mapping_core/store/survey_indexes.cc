@@ -5,7 +5,6 @@
 #include <compare>
 #include <cstring>
 #include <string>
-#include <utility>
 
 namespace comap {
 namespace {
@@ -39,14 +38,39 @@ constexpr Index kEdgesOfMerges = {"edges_of_merges",
 constexpr Index kVerdicts = {"verdicts_by_reason",
                              "SELECT accepted, reason, number FROM verdicts INDEXED BY verdicts_by_reason", "iti"};
 
-struct Cell {
-  int64_t number = 0;
-  std::string text;
-  auto operator<=>(const Cell&) const = default;
-};
+// Entries as they come, each compared with the one before. Texts by their bytes, as SQLite compares them.
+class Rising {
+ public:
+  void number(int64_t value) {
+    if (order_ == 0) order_ = value <=> before_[column_].number;
+    before_[column_++].number = value;
+  }
+  void text(std::string_view value) {
+    std::string& before = before_[column_++].text;
+    const auto order = value.compare(before);
+    if (order == 0) return;
+    if (order_ == 0) order_ = order <=> 0;
+    before = value;
+  }
+  /// At the end of an entry: whether it is above the one before, or the first.
+  bool rises() {
+    const bool above = first_ || order_ > 0;
+    first_ = false;
+    order_ = std::strong_ordering::equal;
+    column_ = 0;
+    return above;
+  }
 
-// Bytes, as SQLite compares texts: std::string compares them as unsigned, too.
-using Entry = std::array<Cell, 8>;
+ private:
+  struct Cell {
+    int64_t number = 0;
+    std::string text;
+  };
+  std::array<Cell, 8> before_;
+  std::strong_ordering order_ = std::strong_ordering::equal;
+  size_t column_ = 0;
+  bool first_ = true;
+};
 
 Result<bool> isThere(Database& database, const Index& index) {
   auto query = database.query("SELECT count(*) FROM sqlite_schema WHERE type = 'index' AND name = ?");
@@ -56,32 +80,35 @@ Result<bool> isThere(Database& database, const Index& index) {
   return query->integer() > 0;
 }
 
-bool holds(Database& database, const Index& index, const EntrySum& expected) {
+FoundIndex readIndex(Database& database, const Index& index) {
+  FoundIndex found;
   const auto there = isThere(database, index);
-  if (!there || !*there) return bool(there);
+  found.there = there && *there;
+  found.sound = bool(there);
+  if (!found.there) return found;
   auto query = database.query(index.sql);
-  if (!query) return false;
-  EntrySum found;
-  Entry before, entry;
-  for (bool first = true;; first = false) {
+  found.sound = bool(query);
+  for (Rising order; found.sound;) {
     const auto row = query->step();
-    if (!row) return false;
-    if (!*row) return found == expected;
-    if (!query->areOf(index.types)) return false;
+    found.sound = bool(row);
+    if (!row || !*row) break;
+    found.sound = query->areOf(index.types);
     EntryHash hash;
-    for (size_t i = 0; i < index.types.size(); ++i) {
-      if (index.types[i] == 't') {
-        entry[i].text = query->text();
-        hash.add(std::string_view(entry[i].text));
+    for (const char type : index.types) {
+      if (type == 't') {
+        const std::string_view text = query->textView();
+        order.text(text);
+        hash.add(text);
       } else {
-        entry[i].number = query->integer();
-        hash.add(entry[i].number);
+        const int64_t number = query->integer();
+        order.number(number);
+        hash.add(number);
       }
     }
-    if (!first && !(before < entry)) return false;
-    std::swap(before, entry);
-    found.add(hash);
+    found.sound = found.sound && order.rises();
+    found.entries.add(hash);
   }
+  return found;
 }
 
 }  // namespace
@@ -105,17 +132,9 @@ EntryHash& EntryHash::add(const KeyframeId& id) {
   return add(std::string_view(id.robot)).add(static_cast<int64_t>(id.session)).add(int64_t{id.sequence});
 }
 
-bool areKeyframeIndexesWhole(Database& database, const IndexEntries& entries) {
-  return holds(database, kKeyframes, entries.keyframes);
-}
-
-bool areEdgeIndexesWhole(Database& database, const IndexEntries& entries) {
-  return holds(database, kEdges, entries.edges) && holds(database, kWithdrawnEdges, entries.withdrawn_edges) &&
-         holds(database, kEdgesOfMerges, entries.edges_of_merges);
-}
-
-bool areVerdictIndexesWhole(Database& database, const IndexEntries& entries) {
-  return holds(database, kVerdicts, entries.verdicts);
+FoundIndexes readIndexes(Database& database) {
+  return {readIndex(database, kKeyframes), readIndex(database, kEdges), readIndex(database, kWithdrawnEdges),
+          readIndex(database, kEdgesOfMerges), readIndex(database, kVerdicts)};
 }
 
 }  // namespace comap

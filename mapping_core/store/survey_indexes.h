@@ -41,10 +41,19 @@ struct IndexEntries {
   EntrySum verdicts;                                 ///< accepted, reason
 };
 
-/// Whether each index of the table that is in the file can be copied as it lies there: it can be read, its entries rise
-/// and are those of the rows.
-bool areKeyframeIndexesWhole(Database& database, const IndexEntries& entries);
-bool areEdgeIndexesWhole(Database& database, const IndexEntries& entries);
-bool areVerdictIndexesWhole(Database& database, const IndexEntries& entries);
+/// What an index says. One that is not in the file says nothing wrong.
+struct FoundIndex {
+  bool there = false;
+  bool sound = true;  ///< it can be read, and its entries rise
+  EntrySum entries;
+  /// Whether it can be copied as it lies there.
+  bool says(const EntrySum& rows) const { return sound && (!there || entries == rows); }
+};
+struct FoundIndexes {
+  FoundIndex keyframes, edges, withdrawn_edges, edges_of_merges, verdicts;
+};
+
+/// Reads the indexes of large tables, and no row of these.
+FoundIndexes readIndexes(Database& database);
 
 }  // namespace comap

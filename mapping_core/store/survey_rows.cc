@@ -109,6 +109,7 @@ Result<Database> openDamaged(const std::string& path) {
   auto database = Database::open(std::filesystem::absolute(path).string(), SQLITE_OPEN_READONLY);
   if (!database) return database;
   if (!cutOffText(path).empty()) database->readCutOff();
+  if (auto added = database->addReals(); !added) return added.error();
   return database;
 }
 

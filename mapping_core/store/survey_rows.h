@@ -10,7 +10,7 @@
 
 namespace comap {
 
-/// For reading, cut off or not. kUnreachable if it is not there or no file.
+/// For reading, cut off or not; statements know reals(). kUnreachable if it is not there or no file.
 Result<Database> openDamaged(const std::string& path);
 
 /// Calls `look` with a store in which all is of one moment, though a core writes meanwhile: table by table, edges would

@@ -53,6 +53,16 @@ const char* adviceFor(int code) {
   }
 }
 
+void tellReals(sqlite3_context* context, int count, sqlite3_value** values) {
+  int told = 2;
+  for (int i = 0; i < count; ++i) {
+    const int type = sqlite3_value_type(values[i]);
+    if (type != SQLITE_FLOAT && type != SQLITE_NULL) return sqlite3_result_int(context, 0);
+    if (type == SQLITE_NULL || !std::isfinite(sqlite3_value_double(values[i]))) told = 1;
+  }
+  sqlite3_result_int(context, told);
+}
+
 }  // namespace
 
 Query::Query(Query&& other) noexcept
@@ -160,10 +170,11 @@ double Query::real() {
   return none ? std::numeric_limits<double>::quiet_NaN() : value;
 }
 
-std::string Query::text() {
+std::string_view Query::textView() {
   const int column = column_++;
   const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
-  return text == nullptr ? std::string() : std::string(text, size_t(sqlite3_column_bytes(statement_, column)));
+  return text == nullptr ? std::string_view()
+                         : std::string_view(text, size_t(sqlite3_column_bytes(statement_, column)));
 }
 
 std::span<const uint8_t> Query::bytes() {
@@ -281,6 +292,12 @@ Result<void> Database::attachReading(const std::string& path, const std::string&
   const bool logged = std::filesystem::exists(path + "-wal", code) || std::filesystem::exists(path + "-journal", code);
   if (!logged && attach("?mode=rw")) return {};
   return attach("?mode=ro");
+}
+
+Result<void> Database::addReals() {
+  const int code = sqlite3_create_function_v2(handle_, "reals", -1, SQLITE_UTF8 | SQLITE_DETERMINISTIC, nullptr,
+                                              tellReals, nullptr, nullptr, nullptr);
+  return code == SQLITE_OK ? Result<void>() : error(code);
 }
 
 void Database::readCutOff() {

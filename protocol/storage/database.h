@@ -49,7 +49,8 @@ class Query {
   int64_t integer();
   uint32_t unsigned32();  ///< out of range: kBadData at the next step
   double real();          ///< NULL is NaN
-  std::string text();
+  std::string text() { return std::string(textView()); }
+  std::string_view textView();       ///< valid until the next step
   std::span<const uint8_t> bytes();  ///< valid until the next step
   KeyframeId keyframeId();
   Pose pose();
@@ -78,6 +79,10 @@ class Database {
 
   /// `name` stands for the database at `path`, which is only read. Only if this one was opened with SQLITE_OPEN_URI.
   Result<void> attachReading(const std::string& path, const std::string& name);
+
+  /// From now on statements know reals(...), of any number of columns: 0 if one is neither REAL nor NULL, 1 if one is
+  /// no finite number, else 2. Reading each of them from here takes several times as long.
+  Result<void> addReals();
 
   /// Statements are kept: a literal by its address, which is quick, others by their words.
   Result<Query> query(const char* literal);

@@ -31,7 +31,7 @@ COMAP_FUZZ_TARGET(bytes) {
   const bool pages = provider.ConsumeBool();
   const auto survey = surveyStore(path, {}, pages ? SurveyDepth::kPages : SurveyDepth::kRows);
   if (!survey) return;
-  if (const auto done = saveWhole(*survey, saved); !done) {
+  if (const auto done = saveWhole(*survey, saved, provider.ConsumeBool() && copyUnseen(path, saved)); !done) {
     std::fprintf(stderr, "%s\n", done.error().text.c_str());
     fuzz::require(false, "what is whole can be saved");
   }
