@@ -66,7 +66,8 @@ Result<void> moveTo(const std::string& draft, const std::string& path) {
 // Under another name until all that is whole is in it: half of it would look like a whole store.
 class Draft {
  public:
-  explicit Draft(const std::string& store) : path_(store + ".part") { removeStore(path_); }  // of one interrupted
+  static std::string pathFor(const std::string& store) { return store + ".part"; }
+  explicit Draft(const std::string& store) : path_(pathFor(store)) { removeStore(path_); }  // of one interrupted
   Draft(const Draft&) = delete;
   Draft& operator=(const Draft&) = delete;
   ~Draft() { removeStore(path_); }
@@ -79,6 +80,10 @@ class Draft {
 // It is copied while it is looked at: most stores are whole but for a few rows, if any.
 Result<StoreSurvey> save(const RecoverArguments& arguments) {
   if (auto free = checkFree(arguments.change.store); !free) return free.error();
+  std::error_code none;
+  if (std::filesystem::equivalent(arguments.damaged, Draft::pathFor(arguments.change.store), none))
+    return Error{ErrorCode::kWrongUse, "--out " + arguments.change.store + ": is made as " + arguments.damaged +
+                                           " first, which is the damaged store; choose another name"};
   const auto lock = StoreLock::take(arguments.damaged);
   if (!lock) return lock.error();
   const Draft draft(arguments.change.store);

@@ -333,6 +333,17 @@ TEST_F(StoreVerbs, aStoreIsNotSavedBesideTheLogOfAnother) {
   EXPECT_EQ(entries(), (std::set<std::string>{"map.comap", "saved.comap-wal"}));
 }
 
+TEST_F(StoreVerbs, aStoreIsNotSavedOverItself) {
+  fill(1);
+  const std::string half = (folder_ / "saved.comap.part").string();
+  fs::rename(store_, half);
+  const Outcome outcome = fleet("recover --later " + half + " --out " + (folder_ / "saved.comap").string());
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("which is the damaged store"), std::string::npos) << outcome.err;
+  EXPECT_EQ(entries(), std::set<std::string>{"saved.comap.part"});
+  EXPECT_EQ(nlohmann::json::parse(fleet("info --json " + half).out)["keyframes"], 6);
+}
+
 TEST_F(StoreVerbs, robotNamesBecomeNoPaths) {
   {
     auto store = MapStore::open(store_, MapStore::Mode::kCreateOrOpen);

@@ -111,6 +111,19 @@ constexpr std::array<Migration, 2> kSteps{
     {{kStoreVersion, "ALTER TABLE keyframes ADD COLUMN note TEXT NOT NULL DEFAULT 'none'"},
      {kStoreVersion + 1, "CREATE TABLE extra (number INTEGER PRIMARY KEY) STRICT; INSERT INTO extra VALUES (7)"}}};
 
+TEST_F(SchemaTest, ItIsKnownByItsWords) {
+  ASSERT_TRUE(create());
+  Database database = writable();
+  EXPECT_TRUE(*isSchema(database));
+  for (const auto& [change, is] :
+       {std::pair("DROP INDEX edges_of_merges", true), std::pair("CREATE TABLE other (a)", false),
+        std::pair("DROP TABLE other", true), std::pair("ALTER TABLE poses ADD COLUMN note TEXT", false),
+        std::pair("ALTER TABLE poses DROP COLUMN note", true), std::pair("DROP TABLE tiles", false)}) {
+    ASSERT_TRUE(database.execute(change)) << change;
+    EXPECT_EQ(*isSchema(database), is) << change;
+  }
+}
+
 TEST_F(SchemaTest, StepsAreTakenInOrder) {
   ASSERT_TRUE(create()->addKeyframe(idOf(0), 1, bytesOf(1, 300)));
   Database database = writable();
