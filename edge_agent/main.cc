@@ -18,6 +18,7 @@
 #include "edge_agent/agent_run.h"
 #include "edge_agent/api_output.h"
 #include "edge_agent/capture/capture_commands.h"
+#include "edge_agent/capture/preloaded_source.h"
 #include "edge_agent/capture/source_uri.h"
 #include "edge_agent/ros2_output.h"
 #include "protocol/link/dds_link.h"
@@ -35,7 +36,7 @@ volatile sig_atomic_t g_stop = 0;
 struct Arguments : ServiceArguments {
   std::string source, robot, outbox, api_socket, preview, check_calibration, record;
   int threads = 0, patience_s = 60;
-  bool realtime = false, offline = false, deliver = false, list_sources = false;
+  bool realtime = false, preload = false, offline = false, deliver = false, list_sources = false;
   size_t frames = 0;  // to record; 0 = until it is stopped
 };
 
@@ -94,7 +95,10 @@ Result<std::unique_ptr<FrameSource>> sourceOf(const AgentConfig& config, const A
   if (arguments.deliver) return std::unique_ptr<FrameSource>(std::make_unique<NoSource>());
   if (config.source.empty())
     return Error{ErrorCode::kWrongUse, "no source: give --source or 'source' in the configuration"};
-  return openSource(config.source, config.camera, log);
+  auto source = openSource(config.source, config.camera, log);
+  if (!source || !arguments.preload) return source;
+  log(config.robot + ": reads " + counted((*source)->size(), "frame") + " before it starts");
+  return preload(std::move(*source), [] { return g_stop != 0; });
 }
 
 // What is done with a source besides tracking it; nothing if it is to be tracked.
@@ -251,6 +255,8 @@ int main(int argc, char** argv) {
   app.add_flag("--offline", arguments.offline, "Without a core: keep all keyframes in the outbox and stop")
       ->excludes("--deliver");
   app.add_flag("--realtime", arguments.realtime, "Play a recording at its own speed");
+  app.add_flag("--preload", arguments.preload,
+               "Read all of a recording into memory first, so that reading it takes no time from what is measured");
   app.add_flag("--list-sources", arguments.list_sources, "Print the kinds of sources and the cameras found, and stop");
   app.add_option("--preview", arguments.preview,
                  "Write one frame, colour and depth side by side, to this PNG and stop");

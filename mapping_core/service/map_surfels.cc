@@ -13,15 +13,6 @@ bool equal(const Pose& a, const Pose& b) {
   return a.translation() == b.translation() && a.rotation().coeffs() == b.rotation().coeffs();
 }
 
-void transformSurfels(const Pose& T, std::vector<Surfel>& surfels) {
-  const Eigen::Matrix3f r = T.rotationMatrix().cast<float>();
-  const Eigen::Vector3f t = T.translation().cast<float>();
-  for (Surfel& surfel : surfels) {
-    surfel.position = r * surfel.position + t;
-    surfel.normal = r * surfel.normal;
-  }
-}
-
 }  // namespace
 
 double displacement(const Pose& T_new, const Pose& T_old) {
@@ -77,10 +68,7 @@ Result<bool> MapSurfels::follow(const KeyframeId& anchor, const MapPoses& T_map_
 }
 
 Result<void> MapSurfels::join(const KeyframeId& kept, const KeyframeId& absorbed, const Pose& T_kept_absorbed) {
-  auto surfels = maps_.at(absorbed).download();
-  if (!surfels) return surfels.error();
-  transformSurfels(T_kept_absorbed, *surfels);
-  if (auto appended = maps_.at(kept).append(*surfels); !appended) return appended.error();
+  if (auto moved = maps_.at(kept).absorb(maps_.at(absorbed), T_kept_absorbed); !moved) return moved;
   maps_.erase(absorbed);
   stale_.erase(absorbed);
   stale_.insert(kept);  // two maps laid into each other are not yet the map of all their keyframes

@@ -148,6 +148,23 @@ Result<void> SurfelMap::append(std::span<const Surfel> surfels) {
   return {};
 }
 
+// Chunks stay where they are in memory: only their poses change.
+Result<void> SurfelMap::absorb(SurfelMap& other, const Pose& T_map_other) {
+  State &to = *state_, &from = *other.state_;
+  if (to.pool != from.pool || &to == &from)
+    return Error{ErrorCode::kWrongUse, "a map is absorbed by one that is not another of its pool"};
+  uint32_t owners = 0;
+  for (const auto& chunk : from.chunks)
+    if (!chunk->owners.empty()) owners = std::max(owners, *chunk->owners.rbegin() + 1);
+  if (auto moved = other.moveOwners(std::vector<Pose>(owners, T_map_other)); !moved) return moved;
+  for (auto& chunk : from.chunks) {
+    chunk->moments.markAll(chunk->rows, to.pool->moment());  // also if it did not move: it is new to this map
+    to.chunks.push_back(std::move(chunk));
+  }
+  from.chunks.clear();
+  return {};
+}
+
 void SurfelMap::clear() { state_->chunks.clear(); }
 
 size_t SurfelMap::size() const { return state_->size(); }

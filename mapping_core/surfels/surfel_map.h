@@ -109,7 +109,10 @@ class SurfelMap {
 
   /// All surfels in their order of creation.
   Result<std::vector<Surfel>> download();
-  /// Appends surfels (a merge, or a map from the store).
+  /// All surfels of another map of this pool, moved by `T_map_other`; they come after its own. kWrongUse if the pool is
+  /// another or the pose not finite. The other map is empty then.
+  Result<void> absorb(SurfelMap& other, const Pose& T_map_other);
+  /// Appends surfels.
   Result<void> append(std::span<const Surfel> surfels);
   void clear();
   size_t size() const;

@@ -48,7 +48,7 @@ bool play(const Arguments& arguments, const std::vector<std::string>& names) {
         "edge_agent",
         std::vector<std::string>{"--config", config, "--domain", domain, "--core-site", site, "--robot", names[i],
                                  "--source", "tum:" + arguments.robots[i].substr(names[i].size() + 1), "--realtime",
-                                 "--outbox", "memory", "--trace", out + "/" + names[i] + ".json"},
+                                 "--preload", "--outbox", "memory", "--trace", out + "/" + names[i] + ".json"},
         out + "/" + names[i] + ".log"));
   bool good = true;
   for (const auto& agent : agents) good = agent->wait() == 0 && good;

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "mapping_core/surfels/compaction.h"
+#include "mapping_core/surfels/surfel_pool.h"
 #include "tests/mapping_core/gpu/test_device.h"
 #include "tests/scenes/scene.h"
 
@@ -232,6 +233,54 @@ TEST(SurfelMap, MovesEachSurfelWithItsOwner) {
     ASSERT_LT(((*moved)[i].position.cast<double>() - expected).norm(), 1e-3) << i;  // of positions up to 3000 m
     ASSERT_LT(((*moved)[i].normal.cast<double>() - normal).norm(), 1e-6) << i;
   }
+}
+
+// What is absorbed is there, after what was there, where the pose puts it; both go on as one map.
+TEST(SurfelMap, AbsorbsAnotherOfItsPool) {
+  COMAP_DEVICE_OR_SKIP(device);
+  const auto pool = SurfelPool::create(device, 0);
+  ASSERT_TRUE(pool);
+  const auto surfels = someSurfels(3000);
+  const Pose T_map_other(Eigen::Quaterniond(Eigen::AngleAxisd(0.5, Eigen::Vector3d(1, 2, 3).normalized())),
+                         Eigen::Vector3d(1, -2, 0.5));
+  for (const Pose& T : {T_map_other, Pose()}) {
+    SurfelMap map(*pool, {}), other(*pool, {});
+    ASSERT_TRUE(map.append(std::span(surfels).first(1000)) && other.append(std::span(surfels).subspan(1000)));
+    Follower follower, follower_of_other;
+    follower.follow(map);
+    follower_of_other.follow(other);
+    ASSERT_TRUE(map.absorb(other, T));
+    EXPECT_EQ(other.size(), 0u);
+    EXPECT_EQ(map.size(), surfels.size());
+    const auto all = map.download();
+    ASSERT_TRUE(all);
+    EXPECT_TRUE(identical({all->begin(), all->begin() + 1000}, {surfels.begin(), surfels.begin() + 1000}));
+    for (size_t i = 1000; i < all->size(); ++i) {
+      const Eigen::Vector3d expected = T * surfels[i].position.cast<double>();
+      ASSERT_LT(((*all)[i].position.cast<double>() - expected).norm(), 1e-3) << i;  // of positions up to 3000 m
+      ASSERT_LT(((*all)[i].normal.cast<double>() - T.rotation() * surfels[i].normal.cast<double>()).norm(), 1e-6) << i;
+      ASSERT_EQ((*all)[i].owner, surfels[i].owner);
+    }
+    EXPECT_GT(follower.follow(map), 0u);
+    EXPECT_EQ(follower_of_other.follow(other), 0u);
+    fuseRoom(map, 3);
+    follower.follow(map);
+    fuseRoom(other, 1);
+    follower_of_other.follow(other);
+  }
+}
+
+TEST(SurfelMap, RefusesToAbsorbItselfAndMapsOfOtherPools) {
+  COMAP_DEVICE_OR_SKIP(device);
+  SurfelMap map = mapOn(device), other = mapOn(device);
+  ASSERT_TRUE(map.append(someSurfels(10)) && other.append(someSurfels(20)));
+  for (SurfelMap* one : {&map, &other}) {
+    const auto absorbed = map.absorb(*one, Pose());
+    ASSERT_FALSE(absorbed);
+    EXPECT_EQ(absorbed.error().code, ErrorCode::kWrongUse);
+  }
+  EXPECT_EQ(map.size(), 10u);
+  EXPECT_EQ(other.size(), 20u);
 }
 
 TEST(Compaction, KeepsOrderAndContent) {
