@@ -33,6 +33,7 @@ MappingService::MappingService(const ServiceOptions& options, Link& link, MapSto
       store_(store),
       device_(device),
       log_(std::move(log)),
+      store_health_(store, log_),
       ingest_(store),
       registry_(FernBook::standard(options.fern_seed).hash()),
       builder_(device, store, options.mapping),
@@ -83,7 +84,8 @@ Result<void> MappingService::resume() {
 
 Result<bool> MappingService::step(std::chrono::milliseconds timeout) {
   bool worked = false;
-  const bool takes = storeTakes();
+  // What is mapped must be written as a whole; half of it cannot be taken back. So it waits until the store takes.
+  const bool takes = store_health_.takes();
   const bool busy = (ingest_.hasNext() && takes) || !builder_.caughtUp();
   if (builder_.hasUnasked()) timeout = std::min(timeout, kCalm);
   if (delivery_.unfinished()) timeout = std::min(timeout, kSoon);
@@ -98,11 +100,11 @@ Result<bool> MappingService::step(std::chrono::milliseconds timeout) {
     if (auto fused = builder_.catchUp(kFusedAtOnce); !fused) return fused.error();
     return true;
   }
-  if (!ingest_.hasNext() && !worked && unpublished_.empty() && builder_.hasUnasked() && storeTakes()) {
+  if (!ingest_.hasNext() && !worked && unpublished_.empty() && builder_.hasUnasked() && store_health_.takes()) {
     if (auto asked = askNext(); !asked) return asked.error();
     return true;
   }
-  if (!ingest_.hasNext() || !storeTakes()) return worked;
+  if (!ingest_.hasNext() || !store_health_.takes()) return worked;
   if (auto mapped = mapNext(); !mapped) return mapped.error();
   return true;
 }
@@ -158,9 +160,9 @@ void MappingService::noteHello(const std::string& robot, const std::string& refu
 // word.
 void MappingService::notePresence(const std::string& robot, bool present) {
   const auto known = present_.find(robot);
-  if (storeRefuses() || (known != present_.end() && known->second == present)) return;
+  if (store_health_.refuses() || (known != present_.end() && known->second == present)) return;
   if (auto written = store_.setPresent(robot, present); !written)
-    noteStore(written);
+    store_health_.note(written);
   else
     present_[robot] = present;
 }
@@ -191,15 +193,14 @@ Result<void> MappingService::handleKeyframe(const Delivery& delivery) {
   const auto arrival = ingest_.ingest(delivery.payload);
   if (!arrival) {
     if (arrival.error().code == ErrorCode::kUnreachable) {
-      store_room_ = std::max(store_room_, delivery.payload.size());
-      noteStore(arrival.error());
+      store_health_.note(arrival.error(), delivery.payload.size());
       return {};  // not acknowledged: its robot keeps it and sends it again
     }
     if (arrival.error().code != ErrorCode::kBadData) return arrival.error();
     refuse(delivery, arrival.error().text);
     return {};
   }
-  if (arrival->is_new) noteStore({});
+  if (arrival->is_new) store_health_.note({});
   for (const KeyframeId& skipped : arrival->skipped) record->acks.record(skipped.sequence);
   record->acks.record(arrival->id.sequence);
   statistics_.uplink_bytes[arrival->id.robot] += delivery.payload.size();
@@ -207,25 +208,6 @@ Result<void> MappingService::handleKeyframe(const Delivery& delivery) {
   if (arrival->is_new) robot_index_.try_emplace(arrival->id.robot, static_cast<uint32_t>(robot_index_.size()));
   send(Topic::kAck, arrival->id.robot, encodeAcknowledgement(acknowledgementOf(*record)));
   return {};
-}
-
-// What is mapped must be written as a whole; half of it cannot be taken back. So it waits until the store takes again.
-bool MappingService::storeTakes() {
-  constexpr std::chrono::seconds kAgain(1);
-  const auto now = std::chrono::steady_clock::now();
-  if (storeRefuses() && now - store_tried_ >= kAgain) noteStore(store_.tryWriting(store_room_));
-  return !storeRefuses();
-}
-
-void MappingService::noteStore(const Result<void>& written) {
-  store_tried_ = std::chrono::steady_clock::now();
-  if (storeRefuses() == !written) return;
-  store_failure_ = written ? std::string() : written.error().text;
-  if (written)
-    info("the store takes keyframes again");
-  else
-    error("the store takes no keyframes: " + store_failure_ +
-          ". Robots keep theirs and send them again; mapping goes on when it does");
 }
 
 Result<Keyframe> MappingService::read(const KeyframeId& id) {
@@ -435,7 +417,7 @@ ServiceState MappingService::state() const {
     one.silent_s = heard ? std::optional(since(record.heard)) : std::nullopt;
     one.served = heard && record.refusal.empty();
   }
-  state.store_failure = store_failure_;
+  state.store_failure = store_health_.failure();
   for (const KeyframeId& anchor : builder_.components().anchors())
     state.surfels[mapIdOf(anchor)] = builder_.surfelCount(anchor);
   state.surfel_bytes = builder_.surfelBytes();

@@ -13,6 +13,7 @@
 #include "mapping_core/service/core_load.h"
 #include "mapping_core/service/live_tiles.h"
 #include "mapping_core/service/map_builder.h"
+#include "mapping_core/service/store_health.h"
 #include "mapping_core/service/tile_delivery.h"
 #include "protocol/link/link.h"
 #include "protocol/telemetry/log.h"
@@ -92,9 +93,6 @@ class MappingService {
   void notePresence(const std::string& robot, bool present);
   void noteAlive(const std::string& robot, uint64_t session);
   Result<void> handleKeyframe(const Delivery& delivery);
-  bool storeTakes();
-  bool storeRefuses() const { return !store_failure_.empty(); }
-  void noteStore(const Result<void>& written);
   Result<void> handleInterest(const Delivery& delivery);
   Result<Keyframe> read(const KeyframeId& id);
   Result<void> mapNext();
@@ -119,6 +117,7 @@ class MappingService {
   MapStore& store_;
   gpu::Device& device_;
   Log log_;
+  StoreHealth store_health_;
   KeyframeIngest ingest_;
   RobotRegistry registry_;
   MapBuilder builder_;
@@ -134,9 +133,6 @@ class MappingService {
   std::chrono::steady_clock::time_point last_mapped_;
   std::map<std::string, bool> present_;  // by robot, as the store has it: here, or orderly gone
   const std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
-  std::string store_failure_;
-  size_t store_room_ = 256 << 10;  // about a keyframe: what must fit before the store counts as mended
-  std::chrono::steady_clock::time_point store_tried_{};
 };
 
 }  // namespace comap
