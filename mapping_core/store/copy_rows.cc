@@ -3,6 +3,7 @@
 #include <zlib.h>
 
 #include <filesystem>
+#include <limits>
 
 #include "mapping_core/store/schema.h"
 #include "mapping_core/store/survey_keyframes.h"
@@ -16,7 +17,8 @@ struct Source {
   std::string table, number;
   std::string further;  // condition
   const KeptRows& kept;
-  bool all = false;  // every row of the table is wanted
+  bool all = false;       // every row of the table is wanted
+  bool prunable = false;  // of a copy of all that there is, the others can be taken out
 };
 
 // Columns by name: those of a damaged store may stand in another order.
@@ -82,6 +84,24 @@ Result<void> copyTable(Database& to, const Source& source) {
   return {};
 }
 
+Result<void> empty(Database& to, std::initializer_list<const char*> tables) {
+  for (const char* table : tables)
+    if (auto emptied = to.execute(std::string("DELETE FROM main.") + table); !emptied) return emptied;
+  return {};
+}
+
+// Of a table that was copied unseen. Its indexes are made anew: the rows that go may not be what these say.
+Result<void> prune(Database& to, const Source& source) {
+  const std::string sql = "DELETE FROM main." + source.table + " WHERE " + source.number + " BETWEEN ? AND ?";
+  int64_t next = std::numeric_limits<int64_t>::min();
+  for (const KeptRows::Run& run : source.kept.runs()) {
+    if (auto gone = copySome(to, sql, {next, run.first - 1}); !gone) return gone.error();
+    next = run.last + 1;
+  }
+  if (auto gone = copySome(to, sql, {next, std::numeric_limits<int64_t>::max()}); !gone) return gone.error();
+  return to.execute("REINDEX main." + source.table);
+}
+
 // Of a keyframe whose row is lost: what its message says.
 Result<void> describe(Database& to, Database& from, const StoredKeyframe& keyframe) {
   const auto message = messageOf(from, keyframe.arrival);
@@ -95,15 +115,19 @@ Result<void> describe(Database& to, Database& from, const StoredKeyframe& keyfra
   return row->bind(static_cast<int64_t>(crc32_z(0, message->data(), message->size()))).run();
 }
 
-Result<void> empty(Database& to, std::initializer_list<const char*> tables) {
-  for (const char* table : tables)
-    if (auto emptied = to.execute(std::string("DELETE FROM main.") + table); !emptied) return emptied;
-  return {};
-}
-
 // Together: what is wrong with one of the three tables changes what is wanted of the others.
 bool areKeyframesWhole(const StoreSurvey& survey) {
   return survey.keyframe_indexes_whole && survey.messages.all() && survey.descriptions.all() && survey.poses.all();
+}
+
+bool pruneKeyframes(Database& to, const StoreSurvey& survey) {
+  if (!survey.messages.inOrder() || !survey.descriptions.inOrder() || !survey.poses.inOrder()) return false;
+  for (const Source& source :
+       {Source{"keyframe_messages", "keyframe", "", survey.messages},
+        Source{"keyframes", "arrival", "", survey.descriptions}, Source{"poses", "keyframe", "", survey.poses}})
+    if (!prune(to, source)) return false;
+  return bool(
+      to.execute("DELETE FROM main.keyframes WHERE arrival NOT IN (SELECT keyframe FROM main.keyframe_messages)"));
 }
 
 Result<void> copyKeyframes(Database& to, const StoreSurvey& survey) {
@@ -111,14 +135,19 @@ Result<void> copyKeyframes(Database& to, const StoreSurvey& survey) {
   const bool all = areKeyframesWhole(survey);
   const std::string there = " AND arrival IN (SELECT keyframe FROM main.keyframe_messages)";
   for (const Source& source : {Source{"keyframe_messages", "keyframe", "", survey.messages, all},
-                               Source{"keyframes", "arrival", there, survey.descriptions, all}})
+                               Source{"keyframes", "arrival", there, survey.descriptions, all},
+                               Source{"poses", "keyframe", "", survey.poses, all}})
     if (auto copied = copyTable(to, source); !copied) return copied;
+  return {};
+}
+
+Result<void> describeLost(Database& to, const StoreSurvey& survey) {
   auto from = openDamaged(survey.path);
   if (!from) return from.error();
   for (const WholeKeyframe& keyframe : survey.keyframes)
     if (!keyframe.described)
       if (auto described = describe(to, *from, keyframe.stored); !described) return described;
-  return copyTable(to, {"poses", "keyframe", "", survey.poses, all});
+  return {};
 }
 
 // What follows from the keyframes that are there.
@@ -153,16 +182,18 @@ Result<void> makeSameIndexes(Database& to) {
 }
 
 Result<void> copyTables(Database& to, const StoreSurvey& survey, bool copied) {
-  if (!copied || !areKeyframesWhole(survey))
+  if (!copied || !(areKeyframesWhole(survey) || pruneKeyframes(to, survey)))
     if (auto done = copyKeyframes(to, survey); !done) return done;
+  if (auto described = describeLost(to, survey); !described) return described;
   if (auto fitted = fitKeyframes(to); !fitted) return fitted;
   const KeptRows& merges = survey.merge_rows;
-  for (const Source& source :
-       {Source{"edges", "number", "", survey.edges, survey.edge_indexes_whole && survey.edges.all()},
-        Source{"verdicts", "number", "", survey.verdicts, survey.verdict_indexes_whole && survey.verdicts.all()},
-        Source{"merges", "number", "", merges}, Source{"merge_robots", "merge", "", merges},
-        Source{"merge_voters", "merge", "", merges}}) {
-    if (copied && source.all) continue;
+  for (const Source& source : {Source{"edges", "number", "", survey.edges,
+                                      survey.edge_indexes_whole && survey.edges.all(), survey.edges.inOrder()},
+                               Source{"verdicts", "number", "", survey.verdicts,
+                                      survey.verdict_indexes_whole && survey.verdicts.all(), survey.verdicts.inOrder()},
+                               Source{"merges", "number", "", merges}, Source{"merge_robots", "merge", "", merges},
+                               Source{"merge_voters", "merge", "", merges}}) {
+    if (copied && (source.all || (source.prunable && prune(to, source)))) continue;
     if (auto emptied = empty(to, {source.table.c_str()}); !emptied) return emptied;
     if (auto done = copyTable(to, source); !done) return done;
   }
@@ -193,7 +224,7 @@ Result<void> copyWholeRows(const StoreSurvey& survey, const std::string& path, b
     if (auto set = to->execute(pragma); !set) return set;
   if (!copied)
     if (auto created = createSchema(*to); !created) return created;
-  if (!cutOffText(survey.path).empty()) to->readCutOff();
+  if (copied || !cutOffText(survey.path).empty()) to->bearDamage();
   if (auto attached = to->attachReading(survey.path, "damaged"); !attached) return attached;
   if (!copied)
     if (auto made = makeSameIndexes(*to); !made) return made;

@@ -24,6 +24,13 @@ class KeptRows {
     broken_ = true;
     all_ = false;
   }
+  /// From here on rows could not be read one behind the other.
+  void leaveOrder() {
+    skip();
+    in_order_ = false;
+  }
+  /// Whether all rows, kept or not, were read one behind the other, in rising order.
+  bool inOrder() const { return in_order_; }
   const std::vector<Run>& runs() const { return runs_; }
   /// Whether there is no row that is not kept.
   bool all() const { return all_; }
@@ -35,7 +42,7 @@ class KeptRows {
 
  private:
   std::vector<Run> runs_;
-  bool broken_ = true, all_ = true;
+  bool broken_ = true, all_ = true, in_order_ = true;
 };
 
 }  // namespace comap

@@ -182,6 +182,10 @@ Result<void> readRows(Database& database, StoreSurvey& survey, bool side_by_side
   surveyKeyframes(database, survey, entries, progress);
   auto second = side_by_side ? openDamaged(survey.path) : Result<Database>(Error());
   if (side_by_side && !second) return second.error();
+  // Else SQLite locks the file for each statement. Nobody is kept from writing: nobody does.
+  for (Database* one : {&database, side_by_side ? &*second : nullptr})
+    if (side_by_side && !one->inTransaction())
+      if (auto begun = one->execute("BEGIN"); !begun) return begun;
   auto beside = std::async(side_by_side ? std::launch::async : std::launch::deferred, [&] {
     return readBesideEdges(side_by_side ? *second : database, survey.keyframes, side_by_side);
   });

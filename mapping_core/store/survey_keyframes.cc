@@ -48,6 +48,7 @@ std::map<int64_t, Description> readDescriptions(Database& database, StoreSurvey&
               COMAP_TABLE_ROWS("keyframes", "arrival", COMAP_DESCRIPTION_COLUMNS ", stamp_ns"), check, survey.damage,
               kept);
   if (!kept.all()) survey.descriptions.skip();
+  if (!kept.inOrder()) survey.descriptions.leaveOrder();
   return result;
 }
 

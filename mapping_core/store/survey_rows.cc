@@ -19,9 +19,11 @@ class Failures {
   ~Failures() { tell(); }
   /// Whether there are so many rows is not known beyond `last`.
   void guessedUntil(int64_t last) { guessed_ = last; }
+  size_t count() const { return all_; }
   void add(int64_t number, const std::string& reason) {
     if (count_ > 0 && (number != last_ + 1 || reason != reason_)) tell();
     if (count_++ == 0) first_ = number;
+    ++all_;
     last_ = number;
     reason_ = reason;
   }
@@ -37,6 +39,7 @@ class Failures {
   const std::string what_;
   std::vector<std::string>& damage_;
   int64_t first_ = 0, last_ = 0, count_ = 0, guessed_ = -1;
+  size_t all_ = 0;
   std::string reason_;
 };
 
@@ -61,8 +64,10 @@ bool hasLog(Database& database) {
   return mode && mode->step() && mode->text() == "wal";
 }
 
-// The number from which on rows are to be asked for one by one; nothing if all were read and are whole.
-std::optional<int64_t> readToDamage(Database& database, const char* all, const RowCheck& check, KeptRows& kept) {
+// Returns the number from which on rows are to be asked for one by one, as the tree itself is damaged; nothing if all
+// could be read.
+std::optional<int64_t> goAlong(Database& database, const char* all, const RowCheck& check, KeptRows& kept,
+                               Failures& failures) {
   int64_t next = 0;
   auto query = database.query(all);
   if (!query) return next;
@@ -71,10 +76,41 @@ std::optional<int64_t> readToDamage(Database& database, const char* all, const R
     if (!row) return next;
     if (!*row) return std::nullopt;
     const int64_t number = query->integer();
-    if (number < next || !check(number, *query)) return next;  // out of order: the tree itself is damaged
-    kept.add(number);
+    if (number < next) return next;
     next = number + 1;
+    if (const auto passed = check(number, *query); passed) {
+      kept.add(number);
+    } else {
+      kept.skip();
+      failures.add(number, reasonOf(passed.error(), database));
+      query->forgive();
+    }
   }
+}
+
+struct Asked {
+  int64_t last = 0;   // number that was asked for
+  bool known = true;  // that the table has so many
+  bool none = false;  // not a single one could be read
+};
+
+Asked askForEach(Database& database, const TableRows& rows, int64_t first, const Result<int64_t>& last,
+                 const RowCheck& check, KeptRows& kept, Failures& failures) {
+  Asked asked;
+  asked.known = last && *last >= 0 && *last <= kMostRows;
+  asked.last = asked.known ? *last : kBlindRows;
+  asked.none = true;
+  for (int64_t number = first; number <= asked.last; ++number) {
+    const auto whole = checkRow(database, rows.one, number, check);
+    if (whole) asked.none = false;
+    if (whole && *whole && !asked.known) asked.last = std::max(asked.last, number + kBlindRows);
+    if (whole && *whole) kept.add(number);
+    if (whole) continue;
+    kept.skip();
+    failures.add(number, reasonOf(whole.error(), database));
+  }
+  if (!asked.known) failures.guessedUntil(asked.last);
+  return asked;
 }
 
 }  // namespace
@@ -108,7 +144,7 @@ Result<Database> openDamaged(const std::string& path) {
                                                                : ": no such file")};
   auto database = Database::open(std::filesystem::absolute(path).string(), SQLITE_OPEN_READONLY);
   if (!database) return database;
-  if (!cutOffText(path).empty()) database->readCutOff();
+  if (!cutOffText(path).empty()) database->bearDamage();
   if (auto added = database->addReals(); !added) return added.error();
   return database;
 }
@@ -143,33 +179,22 @@ void addLines(const std::string& prefix, const std::string& text, std::vector<st
 
 size_t surveyTable(Database& database, const std::string& what, const TableRows& rows, const RowCheck& check,
                    std::vector<std::string>& damage, KeptRows& kept) {
-  const auto first = readToDamage(database, rows.all, check, kept);
-  if (!first) return 0;
-  kept.skip();
-  const auto told = database.integer(rows.last);
-  const bool known = told && *told >= 0 && *told <= kMostRows;
-  int64_t end = known ? *told : kBlindRows;
-  if (!known)
-    damage.push_back(what + "s: how many there are cannot be read" +
-                     (told ? "" : " (" + reasonOf(told.error(), database) + ")"));
-  size_t failed = 0;
   std::vector<std::string> sentences;
+  size_t failed = 0;
   {
     Failures failures(what, sentences);
-    for (int64_t number = *first; number <= end; ++number) {
-      const auto whole = checkRow(database, rows.one, number, check);
-      if (whole && *whole && !known) end = std::max(end, number + kBlindRows);
-      if (whole && *whole) kept.add(number);
-      if (whole) continue;
-      kept.skip();
-      ++failed;
-      failures.add(number, reasonOf(whole.error(), database));
+    if (const auto first = goAlong(database, rows.all, check, kept, failures)) {
+      kept.leaveOrder();
+      const auto last = database.integer(rows.last);
+      const Asked asked = askForEach(database, rows, *first, last, check, kept, failures);
+      const std::string why = last ? "" : " (" + reasonOf(last.error(), database) + ")";
+      if (!last && asked.none && *first == 0) {
+        damage.push_back(what + "s: none can be read" + why);
+        return 0;
+      }
+      if (!asked.known) damage.push_back(what + "s: how many there are cannot be read" + why);
     }
-    if (!known) failures.guessedUntil(end);
-  }
-  if (failed == static_cast<size_t>(end) + 1 && !told) {
-    damage.back() = what + "s: none can be read (" + reasonOf(told.error(), database) + ")";
-    return 0;
+    failed = failures.count();
   }
   damage.insert(damage.end(), sentences.begin(), sentences.end());
   return failed;

@@ -42,9 +42,9 @@ struct TableRows {
         "SELECT " number ", " columns " FROM " table " ORDER BY " number                                         \
   }
 
-/// Reads the rows one behind the other; from the first that is not whole on asks for every number up to the table's
-/// last one. What cannot be read or does not pass is told in `damage`, neighbours together, as "WHAT NUMBER: ...";
-/// the others are added to `kept`. Returns how many did not pass, as far as can be told.
+/// Reads the rows one behind the other; where that ends early, or they are out of order, asks from there on for every
+/// number up to the table's last one. What cannot be read or does not pass is told in `damage`, neighbours together, as
+/// "WHAT NUMBER: ..."; the others are added to `kept`. Returns how many did not pass, as far as can be told.
 size_t surveyTable(Database& database, const std::string& what, const TableRows& rows, const RowCheck& check,
                    std::vector<std::string>& damage, KeptRows& kept);
 

@@ -300,8 +300,8 @@ Result<void> Database::addReals() {
   return code == SQLITE_OK ? Result<void>() : error(code);
 }
 
-void Database::readCutOff() {
-  sqlite3_db_config(handle_, SQLITE_DBCONFIG_DEFENSIVE, 0, nullptr);  // it forbids the next; nothing is written here
+void Database::bearDamage() {
+  sqlite3_db_config(handle_, SQLITE_DBCONFIG_DEFENSIVE, 0, nullptr);  // it forbids the next
   sqlite3_db_config(handle_, SQLITE_DBCONFIG_WRITABLE_SCHEMA, 1, nullptr);
 }
 

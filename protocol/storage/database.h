@@ -39,6 +39,8 @@ class Query {
   Result<bool> step();
   /// What was wrong with the columns read so far, if anything: what the next step() would tell.
   Result<void> values() const;
+  /// Forgets that.
+  void forgive() { damage_.clear(); }
   /// For statements without rows.
   Result<void> run();
 
@@ -74,8 +76,9 @@ class Database {
   Database& operator=(Database&& other) noexcept;
   ~Database();
 
-  /// Reads what is there of a file whose end is missing, which SQLite refuses else. Only for one opened for reading.
-  void readCutOff();
+  /// Reads what is there of a file whose end is missing, and deletes rows that an index does not know; SQLite refuses
+  /// both else. Only for a damaged file opened for reading, or for a copy.
+  void bearDamage();
 
   /// `name` stands for the database at `path`, which is only read. Only if this one was opened with SQLITE_OPEN_URI.
   Result<void> attachReading(const std::string& path, const std::string& name);
