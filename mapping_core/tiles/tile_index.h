@@ -3,7 +3,6 @@
 
 #include <limits>
 #include <map>
-#include <ranges>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,6 +17,13 @@ struct TileDue {
   TileKey key;
   uint64_t revision = 0;
   bool removal = false;  ///< it is to be told that there is no such tile
+};
+
+/// Tiles of one map, for a loop.
+struct TileRange {
+  std::map<TileKey, Tile>::const_iterator first, last;
+  auto begin() const { return first; }
+  auto end() const { return last; }
 };
 
 /// Thread rule: one thread at a time.
@@ -45,10 +51,9 @@ class TileIndex {
   bool holds(const MapId& map) const;
   std::vector<Tile> tiles(const MapId& map) const;
   /// Those of `map` by key, removals included.
-  auto of(const MapId& map) const {
+  TileRange of(const MapId& map) const {
     constexpr int32_t kLow = std::numeric_limits<int32_t>::min(), kHigh = std::numeric_limits<int32_t>::max();
-    return std::ranges::subrange(tiles_.lower_bound({map, kLow, kLow, kLow}),
-                                 tiles_.upper_bound({map, kHigh, kHigh, kHigh}));
+    return {tiles_.lower_bound({map, kLow, kLow, kLow}), tiles_.upper_bound({map, kHigh, kHigh, kHigh})};
   }
   /// Null if there is no such tile, or none any more.
   const Tile* find(const TileKey& key) const;
