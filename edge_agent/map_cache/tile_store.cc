@@ -108,7 +108,8 @@ Result<std::map<TileKey, uint64_t>> TileStore::revisions(const MapId& map) {
     key.x = static_cast<int32_t>(rows->integer());
     key.y = static_cast<int32_t>(rows->integer());
     key.z = static_cast<int32_t>(rows->integer());
-    revisions[key] = static_cast<uint64_t>(rows->integer());
+    if (!revisions.emplace(key, static_cast<uint64_t>(rows->integer())).second)
+      return damaged(database_.path(), "two tiles have one place");  // an index that lost its way: which one counts?
   }
 }
 

@@ -24,6 +24,7 @@ struct TileRange {
   std::map<TileKey, Tile>::const_iterator first, last;
   auto begin() const { return first; }
   auto end() const { return last; }
+  bool empty() const { return first == last; }
 };
 
 /// Thread rule: one thread at a time.
