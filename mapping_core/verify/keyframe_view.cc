@@ -20,6 +20,9 @@ std::shared_ptr<const KeyframeView> makeKeyframeView(const Keyframe& keyframe, f
   buildPyramid(keyframe.colour, keyframe.depth, keyframe.camera, kLevels, kDepthMin_m, depth_max_m, view->pyramid);
   view->coarse = buildReference(view->pyramid, kCoarse, noise);
   view->fine = buildReference(view->pyramid, kFine, noise);
+  // Nothing aligns at the full size, which is three quarters of what many views would hold.
+  view->pyramid.front().grey = {};
+  view->pyramid.front().depth_m = {};
   return view;
 }
 

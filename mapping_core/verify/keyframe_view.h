@@ -13,7 +13,7 @@ namespace comap {
 struct KeyframeView {
   KeyframeId id;
   CameraModel camera;
-  Pyramid pyramid;       ///< levels 0..3
+  Pyramid pyramid;       ///< levels 0..3, of 0 only the camera
   ReferenceView coarse;  ///< levels 3, 2: few points, for many seeds
   ReferenceView fine;    ///< levels 2, 1
 };
