@@ -234,6 +234,8 @@ Database::Database(Database&& other) noexcept
       made_statements_(std::exchange(other.made_statements_, {})) {}
 
 Database& Database::operator=(Database&& other) noexcept {
+  if (this == &other) return *this;
+  const Database closed(std::move(*this));  // now, and not when `other` ends: its file may be opened by the next line
   std::swap(path_, other.path_);
   std::swap(handle_, other.handle_);
   std::swap(statements_, other.statements_);

@@ -59,6 +59,8 @@ const char* reasonOf(int status) {
   switch (status) {
     case 200:
       return "OK";
+    case 400:
+      return "Bad Request";
     case 404:
       return "Not Found";
     case 405:
@@ -120,6 +122,12 @@ Result<std::unique_ptr<StatusServer>> StatusServer::start(const std::string& add
       "listening_ports",   listen.c_str(), "num_threads", "8", "request_timeout_ms", "1000", "max_request_size", "8192",
       "enable_keep_alive", "no",           nullptr};
   mg_callbacks callbacks{};
+  // Upgrades to web sockets are refused here: the library's own refusal can end the program.
+  callbacks.begin_request = [](mg_connection* connection) {
+    if (mg_get_header(connection, "Upgrade") == nullptr) return 0;
+    send(connection, {400, "text/plain", "only plain HTTP\n"}, true);
+    return 400;
+  };
   mg_init_data init{};
   init.callbacks = &callbacks;
   init.user_data = server->page_.get();

@@ -194,6 +194,21 @@ TEST_F(DamagedOutbox, OneDamagedKeyframeCostsThatOneAndTheChainHolds) {
   EXPECT_NEAR(eighth->T_link_this.translation().x(), 0.2, 1e-9);
 }
 
+// As an agent does that finds the damage while it runs: what took the file's place has let go of it.
+TEST_F(DamagedOutbox, IsRescuedFromUnderWhoHadItOpen) {
+  auto seventh = messageOf(7);
+  seventh.resize(60);
+  auto outbox = reopen();
+  ASSERT_TRUE(outbox) << outbox.error().text;
+  overwriteBehind(seventh, 40, 20);
+  auto nowhere = Outbox::inMemory();
+  ASSERT_TRUE(nowhere);
+  *outbox = std::move(*nowhere);
+  const auto rescued = rescueOutbox(path_);
+  ASSERT_TRUE(rescued) << rescued.error().text;
+  EXPECT_EQ(rescued->outbox.size(), 39u);
+}
+
 TEST_F(DamagedOutbox, AFileCutOffKeepsWhatCanBeRead) {
   std::filesystem::resize_file(path_, std::filesystem::file_size(path_) / 2);
   auto rescued = rescueOutbox(path_);

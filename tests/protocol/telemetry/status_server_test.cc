@@ -74,6 +74,18 @@ TEST(StatusServer, DamagedRequestsDoNotEndIt) {
   EXPECT_EQ(httpGet(server->port(), "/metrics").status, 200);
 }
 
+TEST(StatusServer, RefusesWebSocketsAndGoesOn) {
+  const auto server = serve();
+  server->publish("", {true, "at work"});
+  for (const char* path : {"/ws", "/metrics", "/x"}) {
+    const std::string request = std::string("GET ") + path +
+                                " HTTP/1.1\r\nHost: x\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+                                "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
+    EXPECT_EQ(httpSend(server->port(), request).status, 400) << path;
+  }
+  EXPECT_EQ(httpGet(server->port(), "/healthz").status, 200);
+}
+
 TEST(StatusServer, ManyReadersAtOnceWhileReportsCome) {
   const auto server = serve();
   server->publish("x 0\n", {true, ""});
