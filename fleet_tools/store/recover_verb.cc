@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <future>
 #include <memory>
 #include <optional>
@@ -44,6 +45,23 @@ Result<void> checkFree(const std::string& path) {
   return {};
 }
 
+// What an interrupted run has left is begun anew; anything else of that name is somebody's.
+Result<void> checkDraft(const std::string& store, const std::string& draft) {
+  std::error_code code;
+  const auto there = std::filesystem::symlink_status(draft, code);
+  if (!std::filesystem::exists(there)) return {};
+  constexpr std::string_view kMagic = "SQLite format 3";
+  std::string start(kMagic.size(), '\0');
+  if (std::filesystem::is_regular_file(there)) {
+    std::ifstream file(draft, std::ios::binary);
+    file.read(start.data(), static_cast<std::streamsize>(start.size()));
+    start.resize(static_cast<size_t>(file.gcount()));
+    if (start.empty() || start == kMagic) return {};
+  }
+  return Error{ErrorCode::kWrongUse, "--out " + store + ": is made as " + draft +
+                                         " first, and what is there is no half of a store; choose another name"};
+}
+
 // A name that outlives a loss of power must not be that of half a file.
 Result<void> synchronise(const std::string& path) {
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
@@ -79,11 +97,14 @@ class Draft {
 
 // It is copied while it is looked at: most stores are whole but for a few rows, if any.
 Result<StoreSurvey> save(const RecoverArguments& arguments) {
+  if (arguments.change.store.empty()) return Error{ErrorCode::kWrongUse, "--out: a name is expected"};
   if (auto free = checkFree(arguments.change.store); !free) return free.error();
   std::error_code none;
   if (std::filesystem::equivalent(arguments.damaged, Draft::pathFor(arguments.change.store), none))
     return Error{ErrorCode::kWrongUse, "--out " + arguments.change.store + ": is made as " + arguments.damaged +
                                            " first, which is the damaged store; choose another name"};
+  if (auto free = checkDraft(arguments.change.store, Draft::pathFor(arguments.change.store)); !free)
+    return free.error();
   const auto lock = StoreLock::take(arguments.damaged);
   if (!lock) return lock.error();
   const Draft draft(arguments.change.store);

@@ -118,7 +118,8 @@ Asked askForEach(Database& database, const TableRows& rows, int64_t first, const
 std::string cutOffText(const std::string& path) {
   constexpr std::streamoff kPageSizeAt = 16, kPagesAt = 28;
   std::error_code code;
-  if (std::filesystem::exists(path + "-wal", code)) return "";  // pages may be in its log
+  // Pages may be in its log. An empty one is made by whoever looks into a store that was not closed.
+  if (const auto log_bytes = std::filesystem::file_size(path + "-wal", code); !code && log_bytes > 0) return "";
   std::ifstream file(path, std::ios::binary);
   const auto number = [&](std::streamoff at, int bytes) {
     uint64_t value = 0;

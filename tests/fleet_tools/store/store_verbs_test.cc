@@ -333,6 +333,20 @@ TEST_F(StoreVerbs, aStoreIsNotSavedBesideTheLogOfAnother) {
   EXPECT_EQ(entries(), (std::set<std::string>{"map.comap", "saved.comap-wal"}));
 }
 
+TEST_F(StoreVerbs, whatIsNoDraftStaysWhereADraftWouldBe) {
+  fill(1);
+  const std::string saved = (folder_ / "saved.comap").string();
+  std::ofstream(saved + ".part") << "notes";
+  const Outcome outcome = fleet("recover --later " + store_ + " --out " + saved);
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("is no half of a store"), std::string::npos) << outcome.err;
+  EXPECT_EQ(entries(), (std::set<std::string>{"map.comap", "saved.comap.part"}));
+  std::ofstream(saved + ".part") << "SQLite format 3";  // of one that was interrupted
+  EXPECT_NE(fleet("recover --later " + store_ + " --out " + saved).code, 2);
+  EXPECT_FALSE(entries().contains("saved.comap.part"));
+  EXPECT_EQ(fleet("recover --later " + store_ + " --out ''").code, 2);
+}
+
 TEST_F(StoreVerbs, aStoreIsNotSavedOverItself) {
   fill(1);
   const std::string half = (folder_ / "saved.comap.part").string();
