@@ -56,7 +56,8 @@ Result<void> checkDraft(const std::string& store, const std::string& draft) {
     std::ifstream file(draft, std::ios::binary);
     file.read(start.data(), static_cast<std::streamsize>(start.size()));
     start.resize(static_cast<size_t>(file.gcount()));
-    if (start.empty() || start == kMagic) return {};
+    // SQLite writes the first page last: until then it is a hole.
+    if (start == kMagic || start.find_first_not_of('\0') == std::string::npos) return {};
   }
   return Error{ErrorCode::kWrongUse, "--out " + store + ": is made as " + draft +
                                          " first, and what is there is no half of a store; choose another name"};

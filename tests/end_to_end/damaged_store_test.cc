@@ -71,7 +71,7 @@ TEST_F(DamagedStore, IsNamedAndSaved) {
         << ms;
   }
   const std::string again = folder_.path("again.comap");
-  std::ofstream(again + ".part") << "what a killed one left";
+  std::ofstream(again + ".part") << std::string(5000, '\0');  // as a killed one leaves it
   run("fleet recover --json " + store + " --out " + again);
   EXPECT_FALSE(std::filesystem::exists(again + ".part"));
   EXPECT_EQ(run("fleet info --json " + again).at("keyframes").get<size_t>(), keyframes - 1);
