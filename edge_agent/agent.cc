@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "edge_agent/keyframes/depth_rounding.h"
+#include "edge_agent/keyframes/far_depth.h"
 #include "mapping_core/ferns/fern_encoder.h"
 #include "protocol/codec/codec.h"
 #include "protocol/codec/version.h"
@@ -205,6 +206,7 @@ void Agent::beginKeyframe(const Frame& frame, const TrackedFrame& tracked, const
   keyframe.believed = localizer_.believed();
   recovery_.reset();
   recovery_.remember(keyframe.id.sequence, keyframe.T_odom_cam, keyframe.fern_code, odometry_.live());
+  takeFarDepth(frame.depth, config_.odometry.depth_max_m, far_depth_);
   open_ = std::move(keyframe);
   ++statistics_.keyframes;
   frames_since_keyframe_ = 0;
@@ -215,6 +217,7 @@ Result<void> Agent::closeKeyframe() {
   const StageSpan span("encode");
   const SuperKeyframe& depth = odometry_.keyframeDepth();
   depth.writeDepth(mean_depth_m_);
+  fillFarDepth(far_depth_, mean_depth_m_);
   depth.writeHits(hits_);
   open_->depth = roundDepth(mean_depth_m_, config_.depth_rounding);
   open_->depth_hits = fewestOfBlocks(hits_, kHitBlock);

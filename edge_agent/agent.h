@@ -139,6 +139,7 @@ class Agent {
   Pose T_odom_cam_;
   Image<float> mean_depth_m_;  // memory kept between keyframes
   Image<uint8_t> hits_;
+  DepthImage far_depth_;  // of the open keyframe's own frame
 };
 
 }  // namespace comap

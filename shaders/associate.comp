@@ -1,5 +1,6 @@
 // What the keyframe says about each surfel of the map, and which surfel it would update with each pixel.
-// Reads the list of visible surfels, place and shape, the keyframe's measurements and its raw inverse depth. Writes a
+// Reads the list of visible surfels, place and shape, the keyframe's measurements and its raw inverse depth (negative:
+// too far to be fused, but what lies before it was seen through). Writes a
 // match word per visible surfel, the winning surfel per pixel (the surest, then nearest to the ray, then oldest), and
 // marks the pixels that need no new surfel because a disc covers them. One item = one visible surfel.
 #version 450
@@ -42,7 +43,7 @@ bool seesThrough(ivec2 pixel, float z) {
     for (int x = -kSilhouette; x <= kSilhouette; x += kSilhouette) {
       ivec2 at = pixel + ivec2(x, y);
       bool inside = at.x >= 0 && at.y >= 0 && at.x < int(push.width) && at.y < int(push.height);
-      float d = inside ? fetchWord(inverse_depth, at.y * int(push.width) + at.x) : 0.0;
+      float d = inside ? abs(fetchWord(inverse_depth, at.y * int(push.width) + at.x)) : 0.0;
       float behind = 1.0 / max(d, 1e-6);
       through = through && d > 0.0 && behind - z > max(0.01, 3.0 * sigmaOf(behind));
     }
@@ -97,7 +98,7 @@ void visit(uint item) {
     vec3 normal = rotateToCamera(shape.xyz);
     uint index = uint(pixel.y) * push.width + uint(pixel.x);
     vec4 m = fetch(measurements, index);
-    float raw = fetchWord(inverse_depth, index);
+    float raw = abs(fetchWord(inverse_depth, index));
     vec3 ray = vec3(position.xy / position.z, 1.0);
     float ray_length = length(ray);
     float facing = -dot(normal, ray) / ray_length;

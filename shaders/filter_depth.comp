@@ -1,6 +1,6 @@
 // One direction of a bilateral filter on inverse depth, in which planes are linear; run for rows, then for columns.
 // Neighbours enter in pairs from both sides, so that slanted surfaces are not pulled at edges, holes and borders.
-// Reads inverse depth (0 = none), writes it filtered. One item = one pixel.
+// Reads inverse depth (0 = none, negative = too far to be fused), writes it filtered, 0 = none. One item = one pixel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "common/texels.glsl"

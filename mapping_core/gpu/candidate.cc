@@ -48,7 +48,18 @@ std::optional<uint32_t> computeQueueFamily(VkPhysicalDevice device) {
   return std::nullopt;
 }
 
-std::string refusalOf(const VkPhysicalDeviceProperties& properties, bool has_queue) {
+std::string describeAll(const std::vector<Candidate>& candidates) {
+  std::string text;
+  for (const auto& candidate : candidates) {
+    text += "; " + std::to_string(candidate.info.index) + ": " + candidate.info.name + " (" + candidate.info.type + ")";
+    if (!candidate.info.refusal.empty()) text += " refused, it " + candidate.info.refusal;
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string refusalOf(const VkPhysicalDeviceProperties& properties, bool has_compute_queue) {
   const auto& limits = properties.limits;
   const auto tooSmall = [](const char* limit, uint64_t found, uint64_t needed) {
     return std::string(limit) + " is " + std::to_string(found) + ", needed " + std::to_string(needed);
@@ -57,7 +68,7 @@ std::string refusalOf(const VkPhysicalDeviceProperties& properties, bool has_que
     return "supports Vulkan " + std::to_string(VK_API_VERSION_MAJOR(properties.apiVersion)) + "." +
            std::to_string(VK_API_VERSION_MINOR(properties.apiVersion)) + ", needed 1.1";
   }
-  if (!has_queue) return "has no compute queue";
+  if (!has_compute_queue) return "has no compute queue";
   if (limits.maxPerStageDescriptorStorageBuffers < 8) {
     return tooSmall("maxPerStageDescriptorStorageBuffers", limits.maxPerStageDescriptorStorageBuffers, 8);
   }
@@ -75,17 +86,6 @@ std::string refusalOf(const VkPhysicalDeviceProperties& properties, bool has_que
   }
   return {};
 }
-
-std::string describeAll(const std::vector<Candidate>& candidates) {
-  std::string text;
-  for (const auto& candidate : candidates) {
-    text += "; " + std::to_string(candidate.info.index) + ": " + candidate.info.name + " (" + candidate.info.type + ")";
-    if (!candidate.info.refusal.empty()) text += " refused, it " + candidate.info.refusal;
-  }
-  return text;
-}
-
-}  // namespace
 
 Result<std::vector<Candidate>> findCandidates(VkInstance instance) {
   uint32_t count = 0;

@@ -40,6 +40,8 @@ struct Candidate {
   DeviceInfo info;
 };
 Result<std::vector<Candidate>> findCandidates(VkInstance instance);
+/// Why a device cannot be used, to follow "it"; empty if it can.
+std::string refusalOf(const VkPhysicalDeviceProperties& properties, bool has_compute_queue);
 /// Index into `candidates`.
 Result<size_t> chooseCandidate(const std::vector<Candidate>& candidates, const std::string& choice);
 

@@ -76,7 +76,8 @@ struct DeformationOptions {
 };
 
 struct PaperOptions {
-  FusionParameters fusion{.depth_min_m = 0.3f, .depth_max_m = 5.0f, .stable_confidence = 10.0f, .unstable_timeout = 20};
+  FusionParameters fusion{
+      .depth_min_m = 0.3f, .depth_max_m = 5.0f, .free_max_m = 5.0f, .stable_confidence = 10.0f, .unstable_timeout = 20};
   uint32_t active_window = 200;  ///< ticks
   double dense_share = 0.75;     ///< of the prediction; below it tracking uses the filled view
   double largest_step_m = 0.3;   ///< between frames; what moves farther keeps the old pose

@@ -6,6 +6,11 @@
 #include "protocol/config/yaml_text.h"
 
 namespace comap {
+namespace {
+
+constexpr uint32_t kLeastMemory_mb = 256;  // what one keyframe sees of a close map, and where its new surfels go
+
+}  // namespace
 
 Result<CoreConfig> readCoreConfig(const std::string& path) {
   auto reader = ConfigReader::fromFile(path);
@@ -37,6 +42,10 @@ Result<CoreConfig> readCoreConfig(const std::string& path) {
   fusion.read("stable_confidence", mapping.fusion.stable_confidence, 0, 100);
   fusion.read("averaging_limit", mapping.fusion.averaging_limit, 1, 1000);
   fusion.read("memory_mb", mapping.fusion.memory_mb, 0, 1u << 20);
+  if (mapping.fusion.memory_mb > 0 && mapping.fusion.memory_mb < kLeastMemory_mb)
+    fusion.complain("memory_mb", fmt::format("is {}, expected 0 (what the device gives) or {} at least: all that one "
+                                             "keyframe sees must fit",
+                                             mapping.fusion.memory_mb, kLeastMemory_mb));
 
   ConfigReader matching = reader->section("matching");
   uint32_t candidates = static_cast<uint32_t>(mapping.search.candidates);

@@ -55,7 +55,9 @@ Result<void> KeyframeMaps::upload(const ColourImage& colour, const DepthImage& d
   std::vector<float> inverse(depth.size());
   for (size_t i = 0; i < depth.size(); ++i) {
     const float z = static_cast<float>(depth.data()[i] / kDepthUnitsPerMetre);
-    inverse[i] = z >= parameters.depth_min_m && z <= parameters.depth_max_m ? 1.0f / z : 0.0f;
+    const bool fused = z >= parameters.depth_min_m && z <= parameters.depth_max_m;
+    const bool frees = z > parameters.depth_max_m && z <= parameters.free_max_m;
+    inverse[i] = fused ? 1.0f / z : frees ? -1.0f / z : 0.0f;
   }
   std::vector<uint32_t> packed(colour.size());
   for (int y = 0; y < colour.height(); ++y) {

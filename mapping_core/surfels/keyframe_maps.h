@@ -8,7 +8,7 @@
 namespace comap {
 
 struct KeyframeMaps {
-  gpu::Buffer raw;           ///< float per pixel: inverse depth in 1/m, 0 = none or out of range
+  gpu::Buffer raw;           ///< float per pixel: inverse depth in 1/m, 0 = none, negative = too far to be fused
   gpu::Buffer rows;          ///< float: filtered along rows
   gpu::Buffer filtered;      ///< float: filtered both ways
   gpu::Buffer measurements;  ///< vec4: normal in the camera's frame, depth in m or 0

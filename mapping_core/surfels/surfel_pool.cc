@@ -94,12 +94,17 @@ Result<SurfelStreams> SurfelPool::take(size_t capacity) {
   }
 }
 
+// One of each size stays for the next compaction, or the next small map.
 void SurfelPool::giveBack(SurfelStreams streams) {
-  if (streams.capacity > 0) spare_.emplace(streams.capacity, std::move(streams));
+  if (streams.capacity == 0) return;
+  const auto [place, kept] = spare_.try_emplace(streams.capacity, std::move(streams));
+  if (!kept) release(std::move(streams));
 }
 
+void SurfelPool::release(SurfelStreams streams) { bytes_ -= streams.capacity * surfelBytes(); }
+
 void SurfelPool::dropSpare() {
-  for (const auto& [capacity, streams] : spare_) bytes_ -= capacity * surfelBytes();
+  for (auto& [capacity, streams] : spare_) release(std::move(streams));
   spare_.clear();
 }
 
@@ -190,7 +195,7 @@ Result<void> SurfelPool::grow(SurfelChunk& chunk, size_t capacity) {
     giveBack(std::move(*larger));
     return done;
   }
-  giveBack(std::exchange(chunk.streams, std::move(*larger)));
+  release(std::exchange(chunk.streams, std::move(*larger)));
   chunk.capacity = capacity;
   return {};
 }

@@ -92,13 +92,14 @@ class SurfelPool {
   Result<SurfelStreams> take(size_t capacity);
   size_t surfelBytes() const;
   void giveBack(SurfelStreams streams);
+  void release(SurfelStreams streams);
   void dropSpare();
   Result<bool> sendOneAway();
 
   size_t memory_bytes_ = 0, bytes_ = 0;
   uint64_t clock_ = 0, moment_ = 1, chunks_made_ = 0;
   std::set<SurfelChunk*> chunks_;
-  std::multimap<size_t, SurfelStreams> spare_;  // by capacity
+  std::map<size_t, SurfelStreams> spare_;  // by capacity
 };
 
 }  // namespace comap

@@ -258,6 +258,8 @@ TEST_F(BadInput, RangesThatAreNone) {
   refused("edge_agent", "camera:\n  colour:\n    cx: 9999\n", "config.yaml:3: camera.colour.cx: is '9999'");
   refused("mapping_core", "fusion:\n  depth_min_m: 1.5\n  depth_max_m: 1\n",
           "config.yaml:3: fusion.depth_max_m: is 1, expected more than depth_min_m, 1.5");
+  refused("mapping_core", "fusion:\n  memory_mb: 16\n",
+          "config.yaml:2: fusion.memory_mb: is 16, expected 0 (what the device gives) or 256 at least");
 }
 
 TEST_F(BadInput, ShippedConfigsAreTheDefaults) {

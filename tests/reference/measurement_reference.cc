@@ -10,6 +10,7 @@ Image<float> inverseDepth(const DepthImage& depth, const FusionParameters& param
   for (size_t i = 0; i < depth.size(); ++i) {
     const float z = static_cast<float>(depth.data()[i] / kDepthUnitsPerMetre);
     if (z >= parameters.depth_min_m && z <= parameters.depth_max_m) inverse.data()[i] = 1 / z;
+    if (z > parameters.depth_max_m && z <= parameters.free_max_m) inverse.data()[i] = -1 / z;
   }
   return inverse;
 }

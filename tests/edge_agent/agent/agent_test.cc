@@ -236,6 +236,29 @@ TEST_F(AgentTest, KeyframesCarryTheMeanOfTheirWindow) {
   }
 }
 
+// The core learns from it that what lies before is free.
+TEST_F(AgentTest, KeyframesCarryDepthBeyondTheRangeOfOdometry) {
+  constexpr float kRange_m = 2.0f;
+  config_.odometry.depth_max_m = kRange_m;
+  WalkSource source(20, 0, 0, -1);
+  Agent agent = makeAgent(source);
+  const auto keyframes = play(agent);
+  ASSERT_GE(keyframes.size(), 2u);
+  const Frame first = Scene::room().render(smallCamera(), WalkSource::ahead(0));
+  const DepthImage& depth = keyframes[0].depth;
+  size_t near = 0, far = 0, right = 0;
+  for (size_t i = 0; i < depth.size(); ++i) {
+    const double z = first.depth.data()[i] / kDepthUnitsPerMetre;
+    near += z > 0 && z < kRange_m;
+    if (z <= kRange_m) continue;
+    ++far;
+    right += std::abs(depth.data()[i] / kDepthUnitsPerMetre - z) < 0.001 * z * z;
+  }
+  EXPECT_GT(near, depth.size() / 10);
+  EXPECT_GT(far, depth.size() / 10);
+  EXPECT_GT(right, far * 99 / 100);  // later frames fill some at the edges of what is nearer
+}
+
 TEST_F(AgentTest, ADamagedFrameIsCountedAndPassedOver) {
   WalkSource source(20, 0, 0, 7);
   Agent agent = makeAgent(source);

@@ -1,4 +1,5 @@
-// The device that tests run on: validated, chosen by COMAP_TEST_DEVICE (default auto).
+// The device that tests run on: validated, chosen by COMAP_TEST_DEVICE (default auto). A test fails if the validation
+// layer says anything of it while the test runs.
 #pragma once
 
 #include "mapping_core/gpu/device.h"
@@ -9,7 +10,7 @@ namespace comap {
 gpu::Device* testDevice();
 const std::string& testDeviceProblem();
 
-/// Validation messages so far in one text; empty if there are none.
+/// Validation messages so far in one text; empty if there are none. For devices of a test's own.
 std::string validationText(const gpu::Device& device);
 
 }  // namespace comap

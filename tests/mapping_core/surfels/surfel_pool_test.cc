@@ -85,7 +85,6 @@ TEST(SurfelPool, MapLargerThanItsMemoryIsWhole) {
     ASSERT_EQ((*a)[i].confidence, (*b)[i].confidence) << i;
     ASSERT_EQ((*a)[i].owner, (*b)[i].owner) << i;
   }
-  EXPECT_EQ(validationText(device), "");
 }
 
 TEST(SurfelPool, WhatDoesNotFitAtOnceIsRefusedAndNothingIsLost) {
