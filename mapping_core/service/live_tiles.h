@@ -12,7 +12,7 @@ namespace comap {
 /// Thread rule: one thread.
 class LiveTiles {
  public:
-  explicit LiveTiles(const TileOptions& options) : options_(options) {}
+  explicit LiveTiles(const TileOptions& options);
 
   /// Tiles of the map anchored at `anchor` that have changed since they were last cut, with their places: what
   /// TileIndex::change() takes. `current`: what it has been given so far. Errors are the device's.
@@ -23,6 +23,7 @@ class LiveTiles {
  private:
   TileOptions options_;
   std::map<KeyframeId, TileCutter> cutters_;  // by anchor
+  RowWorkers workers_;
 };
 
 }  // namespace comap

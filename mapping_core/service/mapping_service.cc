@@ -104,6 +104,7 @@ Result<bool> MappingService::step(std::chrono::milliseconds timeout) {
     if (auto asked = askNext(); !asked) return asked.error();
     return true;
   }
+  if (!worked && !busy && unpublished_.empty()) delivery_.noteHashes();
   if (!ingest_.hasNext() || !store_health_.takes()) return worked;
   if (auto mapped = mapNext(); !mapped) return mapped.error();
   return true;

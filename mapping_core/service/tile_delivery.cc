@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "mapping_core/tiles/coarse_tile.h"
 #include "protocol/codec/codec.h"
 #include "protocol/telemetry/stage_clock.h"
 #include "protocol/types/tile_hash.h"
@@ -12,6 +13,7 @@ namespace {
 
 constexpr size_t kMostEncodedBytes = 32 << 20;       // kept for further robots
 constexpr size_t kInterestsPerSecond = 2;            // share of the per-second budget that one interest may use
+constexpr double kSoon_s = 0.25;                     // of its budget a robot gets without coarse forms
 constexpr std::chrono::milliseconds kUntilRoom(20);  // that the link is left alone when it takes no more
 
 using Json = nlohmann::json;
@@ -20,14 +22,9 @@ using Json = nlohmann::json;
 void noteRenewed(const TileIndex& index, const MapId& map, size_t changed) {
   if (!StageClock::process().traces()) return;
   Json keys = Json::array();
-  TileHash hash;
-  for (const auto& [key, tile] : index.of(map)) {
-    if (tile.empty()) continue;
-    hash.add(tile);
-    if (changed > 0 && tile.revision == index.revision()) keys.push_back({key.x, key.y, key.z});
-  }
-  StageClock::process().note(
-      "renewed", Json{{"map", map}, {"revision", index.revision()}, {"tiles", keys}, {"hash", hash.value()}}.dump());
+  for (const auto& [key, tile] : index.of(map))
+    if (changed > 0 && !tile.empty() && tile.revision == index.revision()) keys.push_back({key.x, key.y, key.z});
+  StageClock::process().note("renewed", Json{{"map", map}, {"revision", index.revision()}, {"tiles", keys}}.dump());
 }
 
 void noteSent(const std::string& robot, size_t bytes) {
@@ -42,7 +39,7 @@ Result<void> TileDelivery::answer(RobotRecord& record, const Interest& interest)
   record.interest = interest;
   const MapPose at = wantedAt(interest, *record.correction);
   Receiver& to = receivers_[interest.robot];
-  plan(interest, at, to.downlink.reported(at.map, interest.held, Clock::now()), to);
+  planRobot(interest, at, to.downlink.reported(at.map, interest.held, Clock::now()), to);
   return send(interest, to);
 }
 
@@ -68,6 +65,16 @@ Result<void> TileDelivery::renew(const MapId& map, std::vector<Tile> changed, co
   return paced_ ? push(map, robots) : Result<void>();
 }
 
+void TileDelivery::noteHashes() {
+  if (!StageClock::process().traces() || hashed_ == index_.revision()) return;
+  hashed_ = index_.revision();
+  std::map<MapId, TileHash> hashes;
+  for (const auto& [key, tile] : index_.all())
+    if (!tile.empty()) hashes[key.map].add(tile);
+  for (const auto& [map, hash] : hashes)
+    StageClock::process().note("tiles hash", Json{{"map", map}, {"hash", hash.value()}}.dump());
+}
+
 void TileDelivery::drop(const MapId& map) {
   index_.drop(map);
   for (auto& [robot, to] : receivers_)
@@ -86,6 +93,18 @@ void TileDelivery::plan(const Interest& interest, const MapPose& at, std::span<c
   to.next = 0;
 }
 
+// What would take a robot's link a good while goes roughly first: after a merge it has all of the joint map at once.
+void TileDelivery::planRobot(const Interest& interest, const MapPose& at, std::span<const HeldTile> held,
+                             Receiver& to) const {
+  plan(interest, at, held, to);
+  if (!paced_) return;
+  size_t bytes = 0;
+  for (const TileDue& due : to.due)
+    if (const Tile* tile = due.removal ? nullptr : index_.find(due.key)) bytes += roughBytes(*tile);
+  const auto soon = static_cast<size_t>(kSoon_s * interest.budget_bytes_per_s);
+  if (bytes > std::min(soon, to.downlink.room())) to.due = withCoarse(index_, std::move(to.due), held);
+}
+
 // Robots that have asked lately need not ask again for what has changed since.
 Result<void> TileDelivery::push(const MapId& map, const RobotRegistry& robots) {
   const auto now = Clock::now();
@@ -94,7 +113,7 @@ Result<void> TileDelivery::push(const MapId& map, const RobotRegistry& robots) {
     Receiver& to = receivers_[robot];
     const MapPose at = wantedAt(*record.interest, *record.correction);
     if (at.map != map || !to.downlink.fresh(map, now)) continue;
-    plan(*record.interest, at, to.downlink.held(), to);
+    planRobot(*record.interest, at, to.downlink.held(), to);
     if (auto sent = send(*record.interest, to); !sent) return sent;
   }
   return {};
@@ -130,9 +149,10 @@ Result<void> TileDelivery::send(const Interest& interest, Receiver& to) {
   for (; to.hasDue(); ++to.next) {
     const TileDue& due = to.due[to.next];
     const Tile* tile = index_.find(due.key);
-    if ((tile == nullptr) != due.removal || (tile != nullptr && tile->revision != due.revision)) continue;
+    if ((tile == nullptr) != due.removal) continue;
+    if (tile != nullptr && (due.coarse ? coarseRevision(tile->revision) : tile->revision) != due.revision) continue;
     const Tile removal{due.key, due.revision};
-    const auto encoded = encodedOf(tile != nullptr ? *tile : removal);
+    const auto encoded = encodedOf(tile != nullptr ? *tile : removal, due.coarse);
     if (!encoded) return encoded.error();
     if (!mayGo(interest, to, encoded->size(), sent)) break;
     if (!link_.publish(Topic::kTile, interest.robot, *encoded)) {
@@ -157,19 +177,20 @@ bool TileDelivery::mayGo(const Interest& interest, Receiver& to, size_t bytes, s
   return sent == 0 || bytes <= to.downlink.room();
 }
 
-Result<std::span<const uint8_t>> TileDelivery::encodedOf(const Tile& tile) {
-  if (const auto kept = encoded_.find(tile.key); kept != encoded_.end() && kept->second.revision == tile.revision)
+Result<std::span<const uint8_t>> TileDelivery::encodedOf(const Tile& tile, bool coarse) {
+  const std::pair place(tile.key, coarse);
+  if (const auto kept = encoded_.find(place); kept != encoded_.end() && kept->second.revision == tile.revision)
     return std::span<const uint8_t>(kept->second.bytes);
-  auto bytes = encodeTile(tile);
+  auto bytes = encodeTile(coarse ? coarsened(tile) : tile);
   if (!bytes) return bytes.error();
   if (encoded_bytes_ + bytes->size() > kMostEncodedBytes) {
     encoded_.clear();
     encoded_bytes_ = 0;
   }
-  Encoded& place = encoded_[tile.key];
-  encoded_bytes_ += bytes->size() - place.bytes.size();
-  place = {tile.revision, std::move(*bytes)};
-  return std::span<const uint8_t>(place.bytes);
+  Encoded& kept = encoded_[place];
+  encoded_bytes_ += bytes->size() - kept.bytes.size();
+  kept = {tile.revision, std::move(*bytes)};
+  return std::span<const uint8_t>(kept.bytes);
 }
 
 }  // namespace comap

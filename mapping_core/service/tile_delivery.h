@@ -39,6 +39,8 @@ class TileDelivery {
   Result<void> goOn(const RobotRegistry& robots);
   /// Whether goOn() may have something to do soon.
   bool unfinished() const;
+  /// For traces: what all tiles add up to, if they have changed since this was last noted. Takes a while.
+  void noteHashes();
   /// A map that was absorbed.
   void drop(const MapId& map);
 
@@ -64,10 +66,11 @@ class TileDelivery {
   };
   MapPose wantedAt(const Interest& interest, const Correction& correction) const;
   void plan(const Interest& interest, const MapPose& at, std::span<const HeldTile> held, Receiver& to) const;
+  void planRobot(const Interest& interest, const MapPose& at, std::span<const HeldTile> held, Receiver& to) const;
   Result<void> push(const MapId& map, const RobotRegistry& robots);
   Result<void> send(const Interest& interest, Receiver& to);
   bool mayGo(const Interest& interest, Receiver& to, size_t bytes, size_t sent) const;
-  Result<std::span<const uint8_t>> encodedOf(const Tile& tile);
+  Result<std::span<const uint8_t>> encodedOf(const Tile& tile, bool coarse);
 
   Link& link_;
   bool paced_;
@@ -75,8 +78,9 @@ class TileDelivery {
   std::map<std::string, Receiver> receivers_;                    // by robot
   std::map<std::pair<std::string, MapId>, Observer> observers_;  // by name and map asked for
   std::map<std::string, uint64_t> sent_bytes_;
-  std::map<TileKey, Encoded> encoded_;  // what went to one robot mostly goes to the others too
+  std::map<std::pair<TileKey, bool>, Encoded> encoded_;  // coarse or not; what went to one robot mostly goes to others
   size_t encoded_bytes_ = 0;
+  uint64_t hashed_ = 0;  // revision of the last noteHashes()
 };
 
 }  // namespace comap

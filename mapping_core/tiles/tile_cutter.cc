@@ -2,47 +2,67 @@
 
 #include <algorithm>
 #include <tuple>
-#include <unordered_map>
 
 #include "mapping_core/tiles/tile_entry.h"
 
 namespace comap {
 
-std::vector<Tile> TileCutter::cut(const MapId& map, const SurfelChanges& changes) {
+std::vector<Tile> TileCutter::cut(const MapId& map, const SurfelChanges& changes, RowWorkers* workers) {
   std::set<uint64_t> changed;
   std::vector<uint64_t> present = changes.blocks, gone;
   std::sort(present.begin(), present.end());
   for (const auto& [block, tiles] : tiles_of_)
     if (!std::binary_search(present.begin(), present.end(), block)) gone.push_back(block);
   for (const uint64_t block : gone) take(block, {}, changed);
-  for (const SurfelBlock& block : changes.changed) take(block.number, block.surfels, changed);
+  std::vector<std::vector<Share>> shares(changes.changed.size());
+  shareRows(workers, static_cast<int>(shares.size()), [&](int begin, int end) {
+    for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i)
+      shares[i] = sharesOf(changes.changed[i].surfels);
+  });
+  for (size_t i = 0; i < shares.size(); ++i) take(changes.changed[i].number, std::move(shares[i]), changed);
   moment_ = changes.moment;
-  std::vector<Tile> tiles;
-  tiles.reserve(changed.size());
-  for (const uint64_t tile : changed) {
-    tiles.push_back(tileOf(map, tile));
-    if (tiles.back().empty()) pieces_.erase(tile);
-  }
+  const std::vector<uint64_t> order(changed.begin(), changed.end());
+  std::vector<Tile> tiles(order.size());
+  shareRows(workers, static_cast<int>(order.size()), [&](int begin, int end) {
+    for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) tiles[i] = tileOf(map, order[i]);
+  });
+  for (size_t i = 0; i < order.size(); ++i)
+    if (tiles[i].empty()) pieces_.erase(order[i]);
   return tiles;
 }
 
-void TileCutter::take(uint64_t block, std::span<const Surfel> surfels, std::set<uint64_t>& changed) {
-  std::unordered_map<uint64_t, std::vector<Grain>> now;
+// What a block has in each tile. Neighbours mostly lie in one.
+std::vector<TileCutter::Share> TileCutter::sharesOf(std::span<const Surfel> surfels) const {
+  std::vector<Share> shares;
+  Share* last = nullptr;
   TileKey scratch;
   for (const Surfel& surfel : surfels) {
     if (!entersTiles(surfel, options_.min_confidence)) continue;
     const TileEntry entry = entryOf(surfel, scratch);
-    now[entry.tile].push_back({entry.position, entry.rest, surfel.confidence});
+    if (last == nullptr || last->tile != entry.tile) {
+      const auto known =
+          std::find_if(shares.begin(), shares.end(), [&](const Share& one) { return one.tile == entry.tile; });
+      last = known == shares.end() ? &shares.emplace_back(Share{entry.tile, {}}) : &*known;
+    }
+    last->grains.push_back({entry.position, entry.rest, surfel.confidence});
   }
-  std::vector<uint64_t>& tiles = tiles_of_[block];
-  for (const uint64_t tile : tiles)
-    if (!now.contains(tile) && put(tile, block, {})) changed.insert(tile);
-  tiles.clear();
-  for (auto& [tile, grains] : now) {
-    tiles.push_back(tile);
-    if (put(tile, block, std::move(grains))) changed.insert(tile);
-  }
-  if (tiles.empty()) tiles_of_.erase(block);
+  return shares;
+}
+
+void TileCutter::take(uint64_t block, std::vector<Share> shares, std::set<uint64_t>& changed) {
+  std::vector<uint64_t> now;
+  for (const Share& share : shares) now.push_back(share.tile);
+  std::sort(now.begin(), now.end());
+  const auto before = tiles_of_.find(block);
+  if (before != tiles_of_.end())
+    for (const uint64_t tile : before->second)
+      if (!std::binary_search(now.begin(), now.end(), tile) && put(tile, block, {})) changed.insert(tile);
+  for (Share& share : shares)
+    if (put(share.tile, block, std::move(share.grains))) changed.insert(share.tile);
+  if (now.empty())
+    tiles_of_.erase(block);
+  else
+    tiles_of_[block] = std::move(now);
 }
 
 // True if that is another piece than before.

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "mapping_core/rgbd/row_workers.h"
 #include "mapping_core/surfels/surfel_map.h"
 #include "mapping_core/tiles/tile_builder.h"
 
@@ -21,8 +22,8 @@ class TileCutter {
   /// Since when it does not know what has changed: what SurfelMap::changesSince() is to be asked.
   uint64_t moment() const { return moment_; }
   /// Takes in what has changed since moment(). Returns the tiles of which surfels have: at revision 0, sorted by key,
-  /// those that have lost all surfels without any.
-  std::vector<Tile> cut(const MapId& map, const SurfelChanges& changes);
+  /// those that have lost all surfels without any. `workers` may share the work; the result does not depend on them.
+  std::vector<Tile> cut(const MapId& map, const SurfelChanges& changes, RowWorkers* workers = nullptr);
 
  private:
   struct Grain {
@@ -34,7 +35,12 @@ class TileCutter {
     uint64_t block;
     std::vector<Grain> grains;
   };
-  void take(uint64_t block, std::span<const Surfel> surfels, std::set<uint64_t>& changed);
+  struct Share {
+    uint64_t tile;
+    std::vector<Grain> grains;
+  };
+  std::vector<Share> sharesOf(std::span<const Surfel> surfels) const;
+  void take(uint64_t block, std::vector<Share> shares, std::set<uint64_t>& changed);
   bool put(uint64_t tile, uint64_t block, std::vector<Grain> grains);
   Tile tileOf(const MapId& map, uint64_t tile) const;
 

@@ -72,7 +72,7 @@ size_t TileIndex::update(const MapId& map, std::vector<Tile> tiles) {
 }
 
 size_t TileIndex::change(const MapId& map, std::vector<Tile> tiles) {
-  const uint64_t next = revision_ + 1;
+  const uint64_t next = revision_ + 2;
   size_t changed = 0;
   for (Tile& tile : tiles) {
     tile.key.map = map;

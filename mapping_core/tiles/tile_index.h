@@ -17,6 +17,7 @@ struct TileDue {
   TileKey key;
   uint64_t revision = 0;
   bool removal = false;  ///< it is to be told that there is no such tile
+  bool coarse = false;   ///< its coarse form, at that form's revision (coarse_tile.h)
 };
 
 /// Tiles of one map, for a loop.
@@ -63,7 +64,7 @@ class TileIndex {
 
  private:
   std::map<TileKey, Tile> tiles_;
-  uint64_t revision_;  // grows by one per update that changed anything
+  uint64_t revision_;  // grows by two per update that changed anything: coarse forms have those between
 };
 
 }  // namespace comap

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <deque>
 
+#include "protocol/types/tile.h"
+
 namespace comap {
 namespace {
 
@@ -30,6 +32,15 @@ struct Held {
 struct Robot {
   std::map<Place, std::vector<Held>> held;
   std::map<std::string, double> in_map_since_s;
+
+  // Null if it never held the tile at this revision or a later one.
+  const Held* firstHeld(const Place& tile, uint64_t revision) const {
+    const auto its = held.find(tile);
+    if (its == held.end()) return nullptr;
+    const auto first =
+        std::find_if(its->second.begin(), its->second.end(), [&](const Held& one) { return one.revision >= revision; });
+    return first == its->second.end() ? nullptr : &*first;
+  }
 };
 
 Robot robotFrom(const Json& trace) {
@@ -86,11 +97,8 @@ Freshness freshnessOf(const Json& core, const std::map<std::string, Json>& robot
       const auto since = robot.in_map_since_s.find(renewal.map);
       if (since == robot.in_map_since_s.end() || since->second > renewal.at_s) continue;
       for (const auto& tile : renewal.tiles) {
-        const auto held = robot.held.find({renewal.map, tile});
-        const Held* first = nullptr;
-        if (held != robot.held.end())
-          for (const Held& one : held->second)
-            if (one.revision >= renewal.revision && first == nullptr) first = &one;
+        const Held* first = robot.firstHeld({renewal.map, tile}, coarseRevision(renewal.revision));
+        const Held* full = robot.firstHeld({renewal.map, tile}, renewal.revision);
         if (first != nullptr) result.since_renewed_s.push_back(first->at_s - renewal.at_s);
         for (const std::string& keyframe : renewal.keyframes) {
           const auto made = made_s.find(keyframe);
@@ -99,6 +107,7 @@ Freshness freshnessOf(const Json& core, const std::map<std::string, Json>& robot
             ++result.never;
           else
             result.latency_s.push_back(first->at_s - made->second);
+          if (full != nullptr) result.full_latency_s.push_back(full->at_s - made->second);
         }
       }
     }
@@ -134,7 +143,11 @@ Ending endingOf(const Json& core, const Json& robot) {
   for (const Json* event : eventsNamed(core, "renewed")) {
     if (event->at("args").at("map") != ending.map || seconds(*event) > seconds(*ends.back())) continue;
     ending.rest_s = seconds(*ends.back()) - seconds(*event);
-    ending.same = event->at("args").at("hash") == args.at("hash");
+    ending.same = false;  // until their hash is told
+    for (const Json* hash : eventsNamed(core, "tiles hash"))
+      if (hash->at("args").at("map") == ending.map && seconds(*hash) >= seconds(*event) &&
+          seconds(*hash) <= seconds(*ends.back()))
+        ending.same = hash->at("args").at("hash") == args.at("hash");
   }
   return ending;
 }

@@ -13,6 +13,7 @@ struct Freshness {
   /// From the moment a robot hands a keyframe to its outbox until another robot of the same map holds a tile that was
   /// renewed after that keyframe was mapped; one for each keyframe, tile and other robot.
   std::vector<double> latency_s;
+  std::vector<double> full_latency_s;   ///< until it holds it in full: before, it may have a coarse form of it
   std::vector<double> since_renewed_s;  ///< the last part of it: from when the core had the tile; one a tile and robot
   size_t never = 0;  ///< those that the other robot never held: of a map or a tile that went before it was sent
 };

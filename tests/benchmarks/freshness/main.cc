@@ -90,6 +90,7 @@ int run(const Arguments& arguments) {
   const Freshness fresh = freshnessOf(core, robots);
   tell("keyframe made -> tile held by another robot", fresh.latency_s);
   tell("  of it, tile renewed by the core -> held", fresh.since_renewed_s);
+  tell("  held in full, not only its coarse form", fresh.full_latency_s);
   fmt::print("  gone before they were sent: {}\n", fresh.never);
   const auto budget = static_cast<size_t>(arguments.budget_kB_per_s) * 1000;
   bool good = !fresh.latency_s.empty() && quantileOf(fresh.latency_s, 0.5) < 1 && quantileOf(fresh.latency_s, 0.95) < 3;

@@ -107,7 +107,7 @@ TEST(TileDelivery, GoesOnAsSoonAsTheLinkTakesMore) {
     EXPECT_GT(tile->revision, std::exchange(newest[tile->key], tile->revision)) << "none comes twice";
   }
   EXPECT_EQ(newest.size(), 100u);
-  for (const auto& [key, revision] : newest) EXPECT_EQ(revision, 2u);
+  for (const auto& [key, revision] : newest) EXPECT_EQ(revision, 4u);
 }
 
 TEST(TileDelivery, SendsNoMoreThanIsKnownToArrive) {
@@ -169,6 +169,46 @@ class LateRobot {
   TileCache cache_;
   size_t memory_bytes_;
 };
+
+// Takes all that is published, as a robot does that reports what it holds with each interest.
+TEST(TileDelivery, ARobotOfASlowLinkHasAllRoughlyLongBeforeItHasAllInFull) {
+  std::mt19937 engine(4);
+  SlowLink link;
+  link.room = 1'000'000;
+  RobotRegistry registry(7);
+  RobotRecord& record = admitAt(registry, Eigen::Vector3d::Zero());
+  TileDelivery delivery(link, true);
+  std::vector<Tile> tiles = floors(12, 1, 600, engine);
+  for (Tile& tile : tiles)
+    for (TileSurfel& s : tile.surfels) s.y = 1000;  // a floor
+  ASSERT_TRUE(delivery.renew(kMap, tiles, registry));
+  TileCache cache(64 << 20);
+  cache.setMap(kMap);
+  size_t taken = 0, bytes = 0, bytes_until_rough = 0;
+  while (true) {
+    Interest interest = interestOf(cache.held());
+    interest.budget_bytes_per_s = 400'000;
+    ASSERT_TRUE(delivery.answer(record, interest));
+    const size_t before = taken;
+    for (; taken < link.messages.size(); ++taken) {
+      auto tile = decodeTile(link.messages[taken]);
+      ASSERT_TRUE(tile);
+      bytes += link.messages[taken].size();
+      EXPECT_TRUE(cache.put(std::move(*tile))) << "nothing comes that is older than what it holds";
+      if (bytes_until_rough == 0 && cache.tiles().size() == 144) bytes_until_rough = bytes;
+    }
+    bool full = cache.tiles().size() == 144;
+    for (const Tile& tile : delivery.tiles().tiles(kMap)) {
+      const auto held = cache.tiles().find(tile.key);
+      full = full && held != cache.tiles().end() && held->second->surfels == tile.surfels;
+    }
+    if (full) break;
+    ASSERT_LT(taken, 500u);
+    if (taken == before) std::this_thread::sleep_for(20ms);  // within its budget
+  }
+  EXPECT_GT(bytes_until_rough, 0u);
+  EXPECT_LT(bytes_until_rough, bytes / 3) << "of " << bytes;
+}
 
 // 101 x 101 m on two storeys: 20 000 tiles and more, 12 MB of them fit into the robot.
 TEST(TileDelivery, ARobotThatComesLateToALargeMapHasWhatIsNearItFirst) {
