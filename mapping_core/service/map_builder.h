@@ -43,7 +43,7 @@ struct MapBuilderOptions {
   GraphOptions graph{.closure_sigma = 3};
   SearchOptions search;
   AskedPlacesOptions asked;
-  size_t cached_views = 128;
+  size_t cached_views = 40;
   double move_m = 0.002;  ///< pose changes below leave the surfels alone
 };
 

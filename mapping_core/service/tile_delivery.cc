@@ -7,6 +7,7 @@
 #include "protocol/codec/codec.h"
 #include "protocol/telemetry/stage_clock.h"
 #include "protocol/types/tile_hash.h"
+#include "protocol/types/tile_revision.h"
 
 namespace comap {
 namespace {

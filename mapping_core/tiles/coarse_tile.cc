@@ -6,6 +6,7 @@
 
 #include "protocol/types/tile_distance.h"
 #include "protocol/types/tile_quantisation.h"
+#include "protocol/types/tile_revision.h"
 
 namespace comap {
 namespace {

@@ -52,10 +52,4 @@ struct Tile {
   bool operator==(const Tile&) const = default;
 };
 
-/// Of the coarse form of a tile that is at `revision`, which replaces it wherever it went: revisions of tiles grow by
-/// two.
-constexpr uint64_t coarseRevision(uint64_t revision) { return revision - 1; }
-/// Whether who holds `held` of a tile that is now at `revision` holds a coarse form, of now or of earlier.
-constexpr bool isCoarse(uint64_t held, uint64_t revision) { return (revision - held) % 2 == 1; }
-
 }  // namespace comap

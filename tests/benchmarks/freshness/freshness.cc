@@ -5,7 +5,7 @@
 #include <cmath>
 #include <deque>
 
-#include "protocol/types/tile.h"
+#include "protocol/types/tile_revision.h"
 
 namespace comap {
 namespace {

@@ -15,9 +15,12 @@ namespace {
 // Remembers the stamp of the frame that was last given.
 class StampedSource final : public FrameSource {
  public:
-  explicit StampedSource(std::unique_ptr<FrameSource> source) : source_(std::move(source)) {}
+  // Gives every `every`-th frame.
+  explicit StampedSource(std::unique_ptr<FrameSource> source, int every = 1)
+      : source_(std::move(source)), every_(every) {}
   Result<std::optional<Frame>> next() override {
     auto frame = source_->next();
+    for (int skipped = 1; skipped < every_ && first_ns >= 0 && frame && *frame; ++skipped) frame = source_->next();
     if (frame && *frame) {
       stamp_ns = (*frame)->stamp_ns;
       if (first_ns < 0) first_ns = stamp_ns;
@@ -31,6 +34,7 @@ class StampedSource final : public FrameSource {
 
  private:
   std::unique_ptr<FrameSource> source_;
+  int every_;
 };
 
 struct Error6 {
@@ -92,7 +96,7 @@ Result<Played> play(gpu::Device& device, const DriftOptions& options, bool local
   if (!source) return source.error();
   const auto truth = Truth::of(options.robot);
   if (!truth) return truth.error();
-  StampedSource stamped(std::move(*source));
+  StampedSource stamped(std::move(*source), options.every);
   const auto robot = fleet.add("robot", stamped, localizer);
   if (!robot) return robot.error();
   Played played;

@@ -12,6 +12,7 @@ namespace comap {
 struct DriftOptions {
   std::vector<std::string> mappers;  ///< DIR[@FIRST:LAST]; the map's frame is that of the first one's first camera
   std::string robot;
+  int every = 1;  ///< of the robot's frames only every so many-th is played: a robot that moves fast for its camera
   /// The core answers every so many frames, and no more at all this many frames after the robot is in the map (0: it
   /// goes on).
   int answer_every = 1;

@@ -70,6 +70,8 @@ int main(int argc, char** argv) {
   CLI::App* drift_verb = app.add_subcommand("drift", "a robot walks through what others have mapped before");
   drift_verb->add_option("--mapper", drift.mappers, "DIR[@FIRST:LAST], one or more")->required();
   drift_verb->add_option("--robot", drift.robot, "DIR[@FIRST:LAST]")->required();
+  drift_verb->add_option("--every", drift.every, "play only every so many-th frame of the robot")
+      ->check(CLI::Range(1, 100));
   drift_verb->add_option("--answer-every", drift.answer_every, "frames between the core's answers");
   drift_verb->add_option("--silent-after", drift.silent_after,
                          "frames in the map after which the core is heard no more; errors count from there");
