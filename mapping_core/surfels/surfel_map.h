@@ -30,7 +30,7 @@ struct Surfel {
 struct FusionParameters {
   float depth_min_m = 0.3f;
   float depth_max_m = 5.0f;
-  float free_max_m = 12.0f;              ///< depth from depth_max_m to here is not fused, but proves free what is before
+  float free_max_m = 12.0f;              ///< depth from depth_max_m to here is not fused, but frees what is before it
   float noise_floor_m = 0.001f;          ///< sigma_z = noise_floor + noise_factor * z^2
   float noise_factor_per_m = 0.0019f;    ///< disparity noise of a Kinect-class sensor, per metre of depth squared
   float stable_confidence = 1.5f;        ///< below it a surfel is not shown and may be cleaned up
