@@ -169,6 +169,7 @@ Result<void> AgentReportFile::finish(const AgentReport& r) {
 }
 
 Result<AgentReport> readAgentReport(const std::string& path) {
+  if (auto regular = checkRegular(path); !regular) return regular.error();
   std::ifstream file(path);
   if (!file) return Error{ErrorCode::kUnreachable, path + ": no such file, or it cannot be read"};
   try {

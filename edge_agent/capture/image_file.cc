@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "edge_agent/capture/image_codec.h"
+#include "protocol/types/whole_file.h"
 
 namespace comap {
 namespace {
@@ -17,6 +18,7 @@ struct Close {
 };
 
 Result<std::vector<uint8_t>> readFile(const std::string& path) {
+  if (auto regular = checkRegular(path); !regular) return regular.error();
   std::unique_ptr<std::FILE, Close> file(std::fopen(path.c_str(), "rb"));
   if (!file) return Error{ErrorCode::kUnreachable, path + ": cannot be opened: " + std::strerror(errno)};
   std::vector<uint8_t> bytes;

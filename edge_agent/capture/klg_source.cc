@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "edge_agent/capture/frame_maker.h"
+#include "protocol/types/whole_file.h"
 
 namespace comap {
 namespace {
@@ -183,9 +184,9 @@ class KlgSource final : public FrameSource {
 }  // namespace
 
 Result<std::unique_ptr<FrameSource>> openKlg(const std::string& path, TumRange range, const CameraConfig& camera) {
+  if (auto regular = checkRegular(path); !regular) return regular.error();
   std::ifstream file(path, std::ios::binary);
-  std::error_code ignored;
-  if (!file || !std::filesystem::is_regular_file(path, ignored)) return cannotRead(path);
+  if (!file) return cannotRead(path);
   CameraRig rig = camera.rig;
   const CameraModel& pictures = rig.colour.pinhole;
   if (pictures.fx <= 0 || pictures.fy <= 0)

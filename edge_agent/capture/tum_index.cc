@@ -11,6 +11,7 @@
 
 #include "edge_agent/capture/image_file.h"
 #include "edge_agent/capture/stamp.h"
+#include "protocol/types/whole_file.h"
 
 namespace comap {
 namespace {
@@ -35,6 +36,7 @@ std::vector<std::string> split(const std::string& text) {
 }
 
 Result<std::vector<Line>> readLines(const std::string& path) {
+  if (auto regular = checkRegular(path); !regular) return regular.error();
   std::error_code problem;
   const auto size = std::filesystem::file_size(path, problem);
   if (problem) return Error{ErrorCode::kUnreachable, path + ": cannot be read: " + problem.message()};

@@ -1,11 +1,9 @@
 #include "fleet_tools/command_line/text_table.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <string_view>
 
 namespace comap {
@@ -57,18 +55,6 @@ std::string printable(const std::string& text) {
     at += std::max<size_t>(length, 1);
   }
   return out;
-}
-
-std::string humanBytes(double bytes) {
-  constexpr std::array<const char*, 5> kUnits = {"B", "kB", "MB", "GB", "TB"};
-  size_t unit = 0;
-  while (bytes >= 999.5 && unit + 1 < kUnits.size()) {
-    bytes /= 1000;
-    ++unit;
-  }
-  char text[40];
-  std::snprintf(text, sizeof text, unit == 0 ? "%.0f %s" : "%.1f %s", bytes, kUnits[unit]);
-  return text;
 }
 
 std::string listed(const std::vector<std::string>& words) {

@@ -13,9 +13,6 @@ namespace comap {
 /// `text` with control characters and invalid UTF-8 replaced by '?': what a store holds may come from anywhere.
 std::string printable(const std::string& text);
 
-/// "1.5 MB": bytes in units of 1000.
-std::string humanBytes(double bytes);
-
 /// "a, b, c", each printable; "none" of none.
 std::string listed(const std::vector<std::string>& words);
 

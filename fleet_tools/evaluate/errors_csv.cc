@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "protocol/types/ids.h"
+#include "protocol/types/whole_file.h"
 
 namespace comap {
 namespace {
@@ -59,6 +60,7 @@ std::string errorsCsv(const std::map<std::string, std::vector<PoseError>>& error
 }
 
 Result<std::map<std::string, std::vector<PoseError>>> readErrorsCsv(const std::string& path) {
+  if (auto regular = checkRegular(path); !regular) return regular.error();
   std::ifstream file(path);
   if (!file) return Error{ErrorCode::kUnreachable, path + ": cannot be read"};
   std::string line;

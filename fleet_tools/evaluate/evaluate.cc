@@ -108,6 +108,7 @@ json toJson(const std::optional<Rpe>& rpe) {
 
 Result<json> readReport(const std::string& run) {
   const std::string path = reportPath(run);
+  if (auto regular = checkRegular(path); !regular) return regular.error();
   std::error_code problem;
   const auto size = fs::file_size(path, problem);
   if (problem) return Error{ErrorCode::kUnreachable, path + ": cannot be read: " + problem.message()};

@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "edge_agent/capture/stamp.h"
+#include "protocol/types/whole_file.h"
 
 namespace comap {
 namespace {
@@ -50,6 +51,7 @@ Result<StampedPose> parseLine(const std::string& path, size_t number, const std:
 }  // namespace
 
 Result<std::vector<StampedPose>> readTrajectory(const std::string& path) {
+  if (auto regular = checkRegular(path); !regular) return regular.error();
   std::error_code problem;
   const auto size = std::filesystem::file_size(path, problem);
   if (problem) return Error{ErrorCode::kUnreachable, path + ": cannot be read: " + problem.message()};

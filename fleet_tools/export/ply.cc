@@ -9,6 +9,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "protocol/types/whole_file.h"
+
 namespace comap {
 namespace {
 
@@ -256,6 +258,7 @@ Result<void> writePlySurface(const std::string& path, const PlyPoints& points, c
 }
 
 Result<PlyPoints> readPly(const std::string& path) {
+  if (auto regular = checkRegular(path); !regular) return regular.error();
   std::error_code problem;
   const auto size = std::filesystem::file_size(path, problem);
   if (problem) return Error{ErrorCode::kUnreachable, path + ": cannot be read: " + problem.message()};

@@ -41,6 +41,7 @@ Result<void> makeFolder(const std::string& path) {
 }
 
 Result<std::string> readFile(const std::string& path) {
+  if (auto regular = checkRegular(path); !regular) return regular.error();
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
   text << file.rdbuf();

@@ -7,6 +7,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "protocol/types/whole_file.h"
+
 namespace comap {
 namespace {
 
@@ -76,6 +78,7 @@ std::string framesCsv(const std::vector<PaperFrameRecord>& records, const std::v
 }
 
 Result<RoundTimes> readRoundTimes(const std::string& path) {
+  if (auto regular = checkRegular(path); !regular) return regular.error();
   std::ifstream file(path);
   if (!file) return Error{ErrorCode::kUnreachable, path + ": cannot be read"};
   RoundTimes times;

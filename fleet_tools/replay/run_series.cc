@@ -13,6 +13,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 Result<json> readMark(const std::string& path) {
+  if (auto regular = checkRegular(path); !regular) return regular.error();
   std::ifstream file(path, std::ios::binary);
   if (!file) return Error{ErrorCode::kUnreachable, path + ": cannot be read"};
   json mark = json::parse(file, nullptr, false);

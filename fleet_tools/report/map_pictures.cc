@@ -5,6 +5,7 @@
 
 #include "edge_agent/capture/image_file.h"
 #include "fleet_tools/render/surfel_renderer.h"
+#include "protocol/types/whole_file.h"
 
 namespace comap {
 namespace {
@@ -22,6 +23,7 @@ constexpr Picture kPictures[] = {{"map.png", "The joint map", Colouring::kRgb, f
 constexpr int kPictureWidth = 1280, kPictureHeight = 800;
 
 Result<std::vector<uint8_t>> readBytes(const std::string& path) {
+  if (auto regular = checkRegular(path); !regular) return regular.error();
   std::ifstream file(path, std::ios::binary);
   std::vector<uint8_t> bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   if (!file) return Error{ErrorCode::kUnreachable, path + ": cannot be read"};

@@ -43,6 +43,7 @@ Result<void> writeCoreReport(const CoreReport& report, const std::string& path) 
 }
 
 Result<CoreReport> readCoreReport(const std::string& path) {
+  if (auto regular = checkRegular(path); !regular) return regular.error();
   std::ifstream file(path);
   if (!file) return Error{ErrorCode::kUnreachable, path + ": no such file, or it cannot be read"};
   try {

@@ -10,6 +10,8 @@
 #include <map>
 #include <sstream>
 
+#include "protocol/types/whole_file.h"
+
 namespace comap {
 namespace {
 
@@ -94,6 +96,7 @@ ConfigReader::ConfigReader(std::shared_ptr<Document> document, Mapping* mapping)
     : document_(std::move(document)), mapping_(mapping) {}
 
 Result<ConfigReader> ConfigReader::fromFile(const std::string& path) {
+  if (auto regular = checkRegular(path); !regular) return regular.error();
   std::ifstream file(path, std::ios::binary);
   std::string text(kMaxBytes + 1, '\0');
   if (!file || !file.read(text.data(), static_cast<std::streamsize>(text.size())).eof()) {

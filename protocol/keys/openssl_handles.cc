@@ -9,6 +9,8 @@
 #include <ctime>
 #include <fstream>
 
+#include "protocol/types/whole_file.h"
+
 namespace comap {
 namespace {
 
@@ -65,6 +67,7 @@ Result<KeyHandle> parseKey(std::string_view pem, const std::string& path) {
 }
 
 Result<std::string> readText(const std::string& path) {
+  if (auto regular = checkRegular(path); !regular) return regular.error();
   std::ifstream file(path, std::ios::binary);
   if (!file) return Error{ErrorCode::kUnreachable, path + ": " + std::strerror(errno)};
   std::string text(static_cast<size_t>(kLargestFileBytes) + 1, '\0');

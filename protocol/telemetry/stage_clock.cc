@@ -27,6 +27,7 @@ StageClock& StageClock::process() {
 }
 
 Result<void> StageClock::traceTo(const std::string& path) {
+  if (auto regular = checkRegular(path); !regular) return regular;
   if (auto free = checkReplaceable(path, FileKind::kJson); !free) return free;
   const std::scoped_lock lock(mutex_);
   trace_.reset(std::fopen(path.c_str(), "w"));

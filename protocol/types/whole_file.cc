@@ -29,7 +29,18 @@ Kind kindOf(FileKind kind) {
   return {};
 }
 
+std::string_view nameOf(mode_t mode) {
+  return S_ISDIR(mode) ? "a folder" : S_ISFIFO(mode) ? "a named pipe" : S_ISSOCK(mode) ? "a socket" : "a device";
+}
+
 }  // namespace
+
+Result<void> checkRegular(const std::string& path) {
+  struct stat there {};
+  if (stat(path.c_str(), &there) != 0 || S_ISREG(there.st_mode)) return {};
+  return Error{ErrorCode::kUnreachable,
+               path + ": is " + std::string(nameOf(there.st_mode)) + ", expected a regular file"};
+}
 
 Result<void> checkReplaceable(const std::string& path, FileKind kind) {
   struct stat there {};

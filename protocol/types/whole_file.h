@@ -12,6 +12,10 @@ namespace comap {
 
 enum class FileKind : uint8_t { kAny, kJson, kPng };
 
+/// kUnreachable if `path` is there and no regular file: of a pipe the first byte would be waited for, and a device may
+/// never end. What is not there is fine. For all who read a file that a person has named.
+Result<void> checkRegular(const std::string& path);
+
 /// Replaces the file `path` by `content`. kUnreachable if it cannot, or if `path` is no regular file (a device, say),
 /// kWrongUse as checkReplaceable(); what was there before is then still there.
 Result<void> writeWholeFile(const std::string& path, std::string_view content, FileKind kind = FileKind::kAny);

@@ -1,6 +1,7 @@
 #include "protocol/types/whole_file.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -78,6 +79,24 @@ TEST(WholeFile, AFullDiskLeavesNothing) {
   EXPECT_FALSE(writeWholeFile(path, std::string(100000, 'x')));
   EXPECT_FALSE(std::filesystem::exists(path));
   EXPECT_FALSE(std::filesystem::is_symlink(path + ".part"));
+}
+
+TEST(WholeFile, OnlyRegularFilesAreRead) {
+  const TemporaryFolder folder;
+  const std::string file = folder.write("file", "x"), pipe = folder / "pipe", link = folder / "link";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  std::filesystem::create_symlink(pipe, link);
+  EXPECT_TRUE(checkRegular(file));
+  EXPECT_TRUE(checkRegular(folder / "nothing")) << "its reader says that best";
+  for (const auto& [path, what] : {std::pair(pipe, "a named pipe"),
+                                   {link, "a named pipe"},
+                                   {folder.path(), "a folder"},
+                                   {std::string("/dev/zero"), "a device"}}) {
+    const auto checked = checkRegular(path);
+    ASSERT_FALSE(checked) << path;
+    EXPECT_EQ(checked.error().code, ErrorCode::kUnreachable);
+    EXPECT_EQ(checked.error().text, path + ": is " + what + ", expected a regular file");
+  }
 }
 
 }  // namespace
