@@ -117,10 +117,23 @@ Result<std::unique_ptr<StatusServer>> StatusServer::start(const std::string& add
   std::unique_ptr<StatusServer> server(new StatusServer);
   server->page_->patience = patience;
   const std::string listen = address + ":" + std::to_string(port);
-  // Nothing is served from disk; a handful of watchers is all that is expected, and nobody may hold a thread for long.
-  const std::array<const char*, 11> options{
-      "listening_ports",   listen.c_str(), "num_threads", "8", "request_timeout_ms", "1000", "max_request_size", "8192",
-      "enable_keep_alive", "no",           nullptr};
+  // Nothing is served from disk; a handful of watchers is all that is expected. Who connects and says nothing holds a
+  // thread for half a second, and there are many: a few hundred such are over in seconds, and none is turned away.
+  const std::array<const char*, 15> options{"listening_ports",
+                                            listen.c_str(),
+                                            "num_threads",
+                                            "64",
+                                            "request_timeout_ms",
+                                            "500",
+                                            "max_request_size",
+                                            "8192",
+                                            "connection_queue",
+                                            "256",
+                                            "listen_backlog",
+                                            "1024",
+                                            "enable_keep_alive",
+                                            "no",
+                                            nullptr};
   mg_callbacks callbacks{};
   // Upgrades to web sockets are refused here: the library's own refusal can end the program.
   callbacks.begin_request = [](mg_connection* connection) {

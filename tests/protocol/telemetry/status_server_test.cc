@@ -100,6 +100,26 @@ TEST(StatusServer, ManyReadersAtOnceWhileReportsCome) {
   for (const int count : good) EXPECT_EQ(count, 20);
 }
 
+// Connections that are opened and never ask anything, more than there are threads for.
+TEST(StatusServer, SlowConnectionsDoNotKeepOthersOut) {
+  const auto server = serve();
+  server->publish("", {true, "at work"});
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(static_cast<uint16_t>(server->port()));
+  std::vector<int> slow;
+  for (int i = 0; i < 230; ++i) {
+    slow.push_back(socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+    (void)connect(slow.back(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  }
+  std::this_thread::sleep_for(milliseconds(50));
+  for (const int fd : slow) (void)send(fd, "GET /met", 8, MSG_NOSIGNAL);
+  const auto health = askStatus("127.0.0.1", server->port(), "/healthz", milliseconds(15000));
+  EXPECT_TRUE(health) << health.error().text;
+  for (const int fd : slow) close(fd);
+}
+
 TEST(StatusServer, AProgramCanBeAskedByAnother) {
   const auto server = serve();
   server->publish("x 1\n", {false, "warming up"});
