@@ -72,30 +72,45 @@ Result<std::unique_ptr<DiscoveryServer>> serveDiscovery(int port, DdsLinkOptions
   return server;
 }
 
-// Two cores of one site would both take every keyframe and contradict each other's corrections.
-Result<void> checkAlone(DdsLinkOptions options) {
-  constexpr std::chrono::milliseconds kListen(1500), kStep(20);
-  options.role = LinkRole::kObserver;
-  options.notice = nullptr;  // the core itself tells
-  auto observer = connectDds(options);
-  if (!observer) return observer.error();
-  for (auto waited = std::chrono::milliseconds(0); waited < kListen; waited += kStep) {
-    if ((*observer)->peers() > 0)
-      return Error{ErrorCode::kUnreachable,
-                   "site '" + options.site + "' on DDS domain " + std::to_string(options.domain) +
-                       " is served by another mapping core already: stop it, or choose another "
-                       "--core-site or --domain"};
+// A damaged store is for people to mend.
+Error withRemedy(const Error& error, const std::string& store) {
+  if (error.code != ErrorCode::kBadData) return error;
+  return {error.code, error.text + "; if it is a map store, 'fleet doctor " + store +
+                          "' names what is damaged in it, " + "and 'fleet recover " + store +
+                          " --out NEW' saves what is whole"};
+}
+
+// Two cores of one site would both take every keyframe and contradict each other's corrections: one gives way.
+Result<void> checkAlone(const Link& link, const CoreConfig& config) {
+  const std::string elder = link.elder();
+  if (elder.empty()) return {};
+  return Error{ErrorCode::kUnreachable,
+               "site '" + config.link.site + "' on DDS domain " + std::to_string(config.link.domain) +
+                   " is served by " + elder +
+                   ": this one gives way and ends. What it has acknowledged is in its "
+                   "store; robots keep everything else for the other. To have this one instead stop the other, or "
+                   "choose another --core-site or --domain"};
+}
+
+// Before anything is taken from a robot. Participants announce themselves every 2 s, and may miss a newcomer's word.
+Result<void> listenForOthers(const Link& link, const CoreConfig& config) {
+  constexpr std::chrono::milliseconds kListen(2500), kListenIfUnclear(6000), kStep(20);
+  for (auto waited = kStep; g_stop == 0; waited += kStep) {
+    if (auto alone = checkAlone(link, config); !alone) return alone;
+    if (waited > (link.knowsCores() ? kListen : kListenIfUnclear)) break;
     std::this_thread::sleep_for(kStep);
   }
   return {};
 }
 
-Result<void> serve(MappingService& service, Telemetry& telemetry, std::optional<Ros2Map>& ros2,
-                   const std::string& device) {
+Result<void> serve(MappingService& service, Link& link, const CoreConfig& config, Telemetry& telemetry,
+                   std::optional<Ros2Map>& ros2, const std::string& device) {
   constexpr int kFinish_s = 600;
+  link.serve();
   const auto tell = [&](bool ready) { telemetry.tell(kCoreMetrics, [&] { return reportOf(service, device, ready); }); };
   while (g_stop == 0) {
     tell(true);
+    if (auto alone = checkAlone(link, config); !alone) return alone;
     if (ros2) ros2->follow(service.tiles(), std::chrono::steady_clock::now());
     const auto worked = service.step(std::chrono::milliseconds(200));
     if (!worked) return worked.error();
@@ -125,7 +140,9 @@ int run(const Arguments& arguments, const Log& early) {
   if (auto checked = checkDdsOptions(config->link); !checked) return failWith(checked.error());
   const auto discovery = serveDiscovery(config->serve_discovery, config->link, log);
   if (!discovery) return failWith(discovery.error());
-  if (auto alone = checkAlone(config->link); !alone) return failWith(alone.error());
+  auto link = connectDds(config->link);
+  if (!link) return failWith(link.error());
+  if (auto alone = listenForOthers(**link, *config); !alone) return failWith(alone.error());
   auto telemetry = Telemetry::start(config->telemetry);
   if (!telemetry) return failWith(telemetry.error());
   gpu::DeviceOptions device_options;
@@ -134,9 +151,7 @@ int run(const Arguments& arguments, const Log& early) {
   auto device = gpu::Device::create(device_options);
   if (!device) return failWith(device.error());
   auto store = MapStore::open(config->store, MapStore::Mode::kCreateOrOpen);
-  if (!store) return failWith(store.error());
-  auto link = connectDds(config->link);
-  if (!link) return failWith(link.error());
+  if (!store) return failWith(withRemedy(store.error(), config->store));
   std::optional<Ros2Map> ros2;
   if (config->ros2.enabled) {
     auto started = Ros2Map::start(config->ros2, config->link.domain);
@@ -147,8 +162,9 @@ int run(const Arguments& arguments, const Log& early) {
            std::to_string(config->link.domain) + ", store " + config->store);
   MappingService service(config->service, **link, *store, *device,
                          [&](LogLevel level, const std::string& line) { log.write(level, line); });
-  if (auto resumed = service.resume(); !resumed) return failWith(resumed.error());
-  if (auto served = serve(service, *telemetry, ros2, device->info().name); !served) return failWith(served.error());
+  if (auto resumed = service.resume(); !resumed) return failWith(withRemedy(resumed.error(), config->store));
+  if (auto served = serve(service, **link, *config, *telemetry, ros2, device->info().name); !served)
+    return failWith(withRemedy(served.error(), config->store));
   if (auto traced = telemetry->finish(); !traced) return failWith(traced.error());
   if (!arguments.report.empty())
     if (auto written = writeCoreReport(reportOf(service, device->info().name), arguments.report); !written)

@@ -27,6 +27,9 @@ class BoundedLink : public Link {
   std::optional<Delivery> receive(std::chrono::milliseconds timeout) override { return link_->receive(timeout); }
   int peers() const override { return link_->peers(); }
   std::string trouble() const override { return link_->trouble(); }
+  std::string elder() const override { return link_->elder(); }
+  bool knowsCores() const override { return link_->knowsCores(); }
+  void serve() override { link_->serve(); }
 
  private:
   std::shared_ptr<Link> link_;

@@ -14,6 +14,7 @@
 #include "protocol/discovery/discovery_client.h"
 #include "protocol/link/bell.h"
 #include "protocol/link/bounded_link.h"
+#include "protocol/link/core_watch.h"
 #include "protocol/link/inlet.h"
 #include "protocol/link/octets_type.h"
 #include "protocol/link/outlets.h"
@@ -28,12 +29,17 @@ namespace {
 namespace dds = eprosima::fastdds::dds;
 using eprosima::fastrtps::types::ReturnCode_t;
 
-constexpr std::chrono::seconds kClosing{30};  // far longer than it takes
+constexpr std::chrono::seconds kClosing{30};   // far longer than it takes
+constexpr std::chrono::seconds kHandshake{3};  // longer than it takes
 
 class DdsLink : public Link {
  public:
   explicit DdsLink(DdsLinkOptions options)
-      : options_(std::move(options)), authorship_(options_), joins_(options_), outlets_(options_, topics_) {}
+      : options_(std::move(options)),
+        authorship_(options_),
+        watch_(options_),
+        rank_{false, options_.began},
+        outlets_(options_, topics_) {}
   ~DdsLink() override;
   Result<void> open();
 
@@ -41,24 +47,33 @@ class DdsLink : public Link {
   bool delivered(Topic topic, const std::string& robot) const override { return outlets_.delivered(topic, robot); }
   std::optional<Delivery> receive(std::chrono::milliseconds timeout) override;
   int peers() const override;
-  std::string trouble() const override { return discovery_ ? discovery_->trouble() : std::string(); }
+  std::string trouble() const override;
+  std::string elder() const override { return rank_.began.empty() ? std::string() : watch_.elder(rank_); }
+  bool knowsCores() const override { return watch_.knowsAll(); }
+  void serve() override;
 
  private:
   Result<void> askServer();
   Result<void> openSubscriber(const std::vector<std::string>& partitions, dds::Subscriber*& subscriber);
   Result<void> openReader(Topic topic);
+  Result<void> watchCores();
   bool isGenuine(Topic topic, const Octets& sample, const dds::SampleInfo& info);
   Inlet* oldestHead();
   int writersOf(Topic topic) const;
+  std::string keptOut(std::chrono::seconds at_least) const;
+  void tellIfKeptOut();
 
   const DdsLinkOptions options_;
   const Authorship authorship_;
-  JoinWatch joins_;
-  bool told_of_impostor_ = false;
+  CoreWatch watch_;
+  CoreRank rank_;  // of a core
+  bool told_of_impostor_ = false, told_kept_out_ = false;
+  std::chrono::steady_clock::time_point looked_{};  // whether we are kept out
   Bell bell_;
   dds::DomainParticipant* participant_ = nullptr;
   dds::Subscriber* subscriber_ = nullptr;
   dds::Subscriber* own_subscriber_ = nullptr;  // of an observer with a name, for what goes to it alone
+  dds::DataReader* core_reader_ = nullptr;     // of a core, of what cores write; nothing is taken from it
   Outlets::Topics topics_;
   Outlets outlets_;
   std::map<Topic, std::unique_ptr<Inlet>> inlets_;
@@ -74,6 +89,7 @@ DdsLink::~DdsLink() {
   for (auto& [topic, inlet] : inlets_) {
     if (inlet->reader() != nullptr) inlet->reader()->set_listener(nullptr);
   }
+  if (core_reader_ != nullptr) core_reader_->set_listener(nullptr);
   participant_->delete_contained_entities();
   dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
 }
@@ -96,7 +112,7 @@ Result<void> DdsLink::open() {
   const HandshakeRoom room(options_);
   participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
       static_cast<uint32_t>(options_.domain),
-      participantQos(name, options_, discovery_ ? discovery_->port() : uint16_t{0}), &joins_, dds::StatusMask::none());
+      participantQos(name, options_, discovery_ ? discovery_->port() : uint16_t{0}), &watch_, dds::StatusMask::none());
   if (participant_ == nullptr) {
     return unreachable(options_, options_.keys.empty()
                                      ? "joining (are its ports taken?)"
@@ -127,11 +143,26 @@ Result<void> DdsLink::open() {
     topics_[topic] = participant_->create_topic(topicName(topic), type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
     if (topics_[topic] == nullptr) return unreachable(options_, "creating topic " + topicName(topic));
     if (auto opened = in ? openReader(topic) : Result<void>(); !opened) return opened;
+    if (topic == Topic::kCoreStatus && !rank_.began.empty()) outlets_.announce(topic, textOf(rank_));
     // A core's writers to a robot are made when it has something to say to it.
     if (!out || (options_.role == LinkRole::kCore && isToRobots(topic))) continue;
     if (auto opened = outlets_.open(topic, options_.robot); !opened) return opened;
   }
-  return {};
+  return options_.role == LinkRole::kCore ? watchCores() : Result<void>();
+}
+
+Result<void> DdsLink::watchCores() {
+  dds::Subscriber* subscriber = nullptr;
+  if (auto made = openSubscriber({partitionWritten(options_.site, "")}, subscriber); !made) return made;
+  const Topic topic = Topic::kCoreStatus;
+  core_reader_ = subscriber->create_datareader(topics_.at(topic), readerQos(topic), &watch_,
+                                               dds::StatusMask::subscription_matched());
+  return core_reader_ != nullptr ? Result<void>() : unreachable(options_, "creating the reader of " + topicName(topic));
+}
+
+void DdsLink::serve() {
+  rank_.serves = true;
+  outlets_.announce(Topic::kCoreStatus, textOf(rank_));
 }
 
 Result<void> DdsLink::askServer() {
@@ -202,6 +233,7 @@ Inlet* DdsLink::oldestHead() {
 }
 
 std::optional<Delivery> DdsLink::receive(std::chrono::milliseconds timeout) {
+  tellIfKeptOut();
   const auto deadline = std::chrono::steady_clock::now() + timeout;
   while (true) {
     const uint64_t seen = bell_.rings();
@@ -229,6 +261,30 @@ int DdsLink::peers() const {
   return count;
 }
 
+std::string DdsLink::trouble() const {
+  const std::string undiscovered = discovery_ ? discovery_->trouble() : std::string();
+  return undiscovered.empty() ? keptOut(kHandshake) : undiscovered;
+}
+
+// Who is not let in is not told so by DDS, nor why: revoked keys are known to those who have the new list alone.
+std::string DdsLink::keptOut(std::chrono::seconds at_least) const {
+  const auto in_sight = options_.keys.empty() ? std::nullopt : watch_.coreInSight();
+  if (!in_sight || *in_sight < at_least || peers() > 0) return {};
+  return "the site's core is in sight and does not let this " + roleName(options_.role) +
+         " in: ask the fleet's operator whether its keys ('" + options_.keys +
+         "') were revoked, and whether the clock of this machine is right";
+}
+
+void DdsLink::tellIfKeptOut() {
+  constexpr std::chrono::seconds kLookEvery(1);
+  const auto now = std::chrono::steady_clock::now();
+  if (told_kept_out_ || !options_.notice || options_.role == LinkRole::kCore || now - looked_ < kLookEvery) return;
+  looked_ = now;
+  const std::string text = keptOut(5 * kHandshake);
+  told_kept_out_ = !text.empty();
+  if (told_kept_out_) options_.notice(text);
+}
+
 Result<std::unique_ptr<Link>> openOn(DdsLinkOptions options, const std::string& address) {
   options.interface_address = address;
   auto link = std::make_shared<DdsLink>(options);
@@ -238,8 +294,10 @@ Result<std::unique_ptr<Link>> openOn(DdsLinkOptions options, const std::string& 
 
 }  // namespace
 
-Result<std::unique_ptr<Link>> connectDds(const DdsLinkOptions& options) {
-  if (auto checked = checkDdsOptions(options); !checked) return checked.error();
+Result<std::unique_ptr<Link>> connectDds(const DdsLinkOptions& given) {
+  if (auto checked = checkDdsOptions(given); !checked) return checked.error();
+  DdsLinkOptions options = given;
+  if (options.role == LinkRole::kCore && options.began.empty()) options.began = newCoreRank().began;
   const bool by_name = if_nametoindex(options.interface_address.c_str()) != 0;
   if (!by_name && options.keys.empty()) return openOn(options, options.interface_address);
   const auto addressNow = [by_name, interface = options.interface_address] {

@@ -30,6 +30,8 @@ struct DdsLinkOptions {
   std::string keys = {};
   /// The list of revoked certificates to go by instead of the one in `keys`; the link sets it by itself.
   std::string revoked = {};
+  /// When this core began (core_watch.h); the link sets it by itself.
+  std::string began = {};
   /// Without keys, another interface than 127.* needs this word that the network is trusted.
   bool insecure = false;
   /// Told, from other threads, what is worth a log line: who was not let in, and why.

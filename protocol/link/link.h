@@ -54,6 +54,16 @@ class Link {
 
   /// What is known to keep peers from being found, in a sentence; empty if nothing is.
   virtual std::string trouble() const { return {}; }
+
+  /// Of a core: the other core of its site to which it is to give way, in words; empty as long as none is known. Of two
+  /// the one stays that serves; of two that both do, or both do not yet, the one that began earlier.
+  virtual std::string elder() const { return {}; }
+
+  /// Of a core: whether it is clear of all cores in sight if they are of its site.
+  virtual bool knowsCores() const { return true; }
+
+  /// Of a core: it serves from now on. Others are told.
+  virtual void serve() {}
 };
 
 }  // namespace comap

@@ -82,6 +82,8 @@ Result<dds::DataWriter*> Outlets::writerOf(Topic topic, const std::string& robot
     const auto publisher = publisherTo(partition);
     if (!publisher) return publisher.error();
     dds::DataWriterQos qos = writerQos(topic, options_.max_blocking_ms);
+    if (const auto told = announced_.find(topic); told != announced_.end())
+      qos.user_data().data_vec({told->second.begin(), told->second.end()});
     if (paced) {
       const auto period_ms = RepairPace::kPeriods[i].count();
       qos.reliable_writer_qos().times.heartbeatPeriod = {static_cast<int32_t>(period_ms / 1000),
@@ -94,6 +96,18 @@ Result<dds::DataWriter*> Outlets::writerOf(Topic topic, const std::string& robot
     writers.push_back(writer);
   }
   return writers[paced ? round_trips_->choice(partition) : 0];
+}
+
+void Outlets::announce(Topic topic, const std::string& text) {
+  announced_[topic] = text;
+  for (const auto& [key, writers] : writers_) {
+    for (dds::DataWriter* writer : writers) {
+      if (key.first != topic) continue;
+      dds::DataWriterQos qos = writer->get_qos();
+      qos.user_data().data_vec({text.begin(), text.end()});
+      writer->set_qos(qos);  // may be changed at any time
+    }
+  }
 }
 
 Result<void> Outlets::open(Topic topic, const std::string& robot) {

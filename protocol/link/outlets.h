@@ -33,6 +33,8 @@ class Outlets {
   void leave() { round_trips_.reset(); }
 
   Result<void> open(Topic topic, const std::string& robot);
+  /// What writers of `topic` tell of themselves to who discovers them, from now on.
+  void announce(Topic topic, const std::string& text);
   /// Errors as Link::publish.
   Result<void> write(Topic topic, const std::string& robot, std::span<const uint8_t> payload);
   /// As Link::delivered.
@@ -53,7 +55,8 @@ class Outlets {
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
   std::map<std::string, eprosima::fastdds::dds::Publisher*> publishers_;  // by partition
   std::map<std::pair<Topic, std::string>, Writers> writers_;              // by topic and partition
-  std::unique_ptr<RoundTrips> round_trips_;                               // where a link can be slow
+  std::map<Topic, std::string> announced_;
+  std::unique_ptr<RoundTrips> round_trips_;  // where a link can be slow
 };
 
 }  // namespace comap

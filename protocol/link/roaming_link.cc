@@ -46,6 +46,7 @@ Result<void> RoamingLink::follow() {
   auto link = connect_(address, revocations_ ? revocations_->list() : "");
   if (!link) return link.error();
   link_ = std::move(*link);
+  if (serves_) link_->serve();
   return {};
 }
 
@@ -75,6 +76,22 @@ int RoamingLink::peers() const {
 std::string RoamingLink::trouble() const {
   const std::lock_guard lock(mutex_);
   return link_ ? link_->trouble() : absence();
+}
+
+std::string RoamingLink::elder() const {
+  const std::lock_guard lock(mutex_);
+  return link_ ? link_->elder() : std::string();
+}
+
+bool RoamingLink::knowsCores() const {
+  const std::lock_guard lock(mutex_);
+  return !link_ || link_->knowsCores();
+}
+
+void RoamingLink::serve() {
+  const std::lock_guard lock(mutex_);
+  serves_ = true;
+  if (link_) link_->serve();
 }
 
 // Why there is no link; with mutex_ held.

@@ -42,6 +42,9 @@ class RoamingLink : public Link {
   std::optional<Delivery> receive(std::chrono::milliseconds timeout) override;
   int peers() const override;
   std::string trouble() const override;
+  std::string elder() const override;
+  bool knowsCores() const override;
+  void serve() override;
 
  private:
   std::shared_ptr<Link> current();
@@ -55,6 +58,7 @@ class RoamingLink : public Link {
   std::optional<Revocations> revocations_;
   std::shared_ptr<Link> link_;
   std::string address_;
+  bool serves_ = false;
   std::chrono::steady_clock::time_point looked_{};
 };
 

@@ -14,6 +14,7 @@
 #include "protocol/keys/credentials.h"
 #include "protocol/keys/signed_text.h"
 #include "protocol/link/grants.h"
+#include "protocol/link/topics.h"
 
 namespace comap {
 namespace {
@@ -146,6 +147,7 @@ void JoinWatch::on_participant_discovery(eprosima::fastdds::dds::DomainParticipa
   {
     const std::lock_guard lock(mutex_);
     if (gone) names_.erase(info.info.m_guid.guidPrefix);
+    if (gone) cores_.erase(info.info.m_guid.guidPrefix);
     if (!gone && names_.size() < kMostTold) names_[info.info.m_guid.guidPrefix] = name;
   }
   if (info.status != rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT) return;
@@ -158,8 +160,29 @@ void JoinWatch::on_participant_discovery(eprosima::fastdds::dds::DomainParticipa
     return;
   }
   const std::string* authority = rtps::DataHolderHelper::find_property_value(info.info.identity_token_, "dds.ca.sn");
-  if (secured_ && authority != nullptr && *authority != authority_)
+  if (secured_ && authority != nullptr && *authority != authority_) {
     tellOnce(who, name + " has keys of another authority and was not let in: make its keys with this site's");
+  } else if (name == "comap/" + roleName(LinkRole::kCore)) {
+    const std::lock_guard lock(mutex_);
+    if (cores_.size() < kMostTold) cores_.emplace(who, std::chrono::steady_clock::now());
+  }
+}
+
+std::optional<std::chrono::steady_clock::duration> JoinWatch::coreInSight() const {
+  const std::lock_guard lock(mutex_);
+  std::optional<std::chrono::steady_clock::duration> longest;
+  for (const auto& [who, since] : cores_) {
+    const auto now = std::chrono::steady_clock::now() - since;
+    if (!longest || now > *longest) longest = now;
+  }
+  return longest;
+}
+
+std::set<rtps::GuidPrefix_t> JoinWatch::coresInSight() const {
+  const std::lock_guard lock(mutex_);
+  std::set<rtps::GuidPrefix_t> cores;
+  for (const auto& [who, since] : cores_) cores.insert(who);
+  return cores;
 }
 
 std::string JoinWatch::nameOf(const rtps::GuidPrefix_t& who) {

@@ -1,12 +1,14 @@
 // A link with keys (DDS Security): who may join, and whether a message comes from whom it says. Inside the link only.
 #pragma once
 
+#include <chrono>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
 #include <fastdds/rtps/common/GuidPrefix_t.hpp>
 #include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -60,6 +62,14 @@ class JoinWatch : public eprosima::fastdds::dds::DomainParticipantListener {
   void on_participant_discovery(eprosima::fastdds::dds::DomainParticipant*,
                                 eprosima::fastrtps::rtps::ParticipantDiscoveryInfo&& info) override;
 
+  /// How long a core has been in sight, of this site or another, but with keys only if they are of the same authority;
+  /// nothing if none is.
+  std::optional<std::chrono::steady_clock::duration> coreInSight() const;
+
+ protected:
+  /// Those cores.
+  std::set<eprosima::fastrtps::rtps::GuidPrefix_t> coresInSight() const;
+
  private:
   std::string nameOf(const eprosima::fastrtps::rtps::GuidPrefix_t& who);
   void tellOnce(const eprosima::fastrtps::rtps::GuidPrefix_t& who, const std::string& text);
@@ -67,8 +77,9 @@ class JoinWatch : public eprosima::fastdds::dds::DomainParticipantListener {
   const bool secured_;
   const std::string authority_;  // as it is announced
   const std::function<void(const std::string&)> notice_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::set<eprosima::fastrtps::rtps::GuidPrefix_t> told_;
+  std::map<eprosima::fastrtps::rtps::GuidPrefix_t, std::chrono::steady_clock::time_point> cores_;  // in sight since
   std::map<eprosima::fastrtps::rtps::GuidPrefix_t, std::string> names_;  // as those give them that are there
 };
 

@@ -1,12 +1,17 @@
 // What people get wrong: a clear error, the right exit code, nothing presented as whole that is not.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "edge_agent/capture/image_file.h"
+#include "tests/end_to_end/background.h"
 #include "tests/end_to_end/flat_test.h"
 
 namespace comap {
@@ -318,6 +323,58 @@ TEST_F(BadInput, SecondCoreOfOneSite) {
   EXPECT_EQ(second.exit_code, 3);
   EXPECT_THAT(second.err, HasSubstr("twice"));
   EXPECT_FALSE(fs::exists(folder_.path("second.comap")));
+}
+
+// They are there before either has been heard: one gives way, and the robot's keyframes are all with the other.
+TEST_F(BadInput, TwoCoresOfOneSiteStartedAtOnce) {
+  const std::string site = "at-once-" + std::to_string(getpid());
+  const auto core = [&](const std::string& name) {
+    return std::make_unique<Background>(
+        "mapping_core",
+        std::vector<std::string>{"--domain", "95", "--core-site", site, "--store", folder_.path(name + ".comap")},
+        folder_.path(name + ".log"));
+  };
+  std::map<std::string, std::unique_ptr<Background>> cores;
+  cores["one"] = core("one");
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  cores["two"] = core("two");
+  const ProgramRun robot =
+      runProgram("edge_agent --robot a --domain 95 --core-site " + site + " --source tum:" + flat_ +
+                 "/a@0:30 --outbox " + folder_.path() + " --report " + folder_.path("a.json"));
+  EXPECT_EQ(robot.exit_code, 0) << robot.err;
+  for (int i = 0; i < 600 && cores["one"]->runs() && cores["two"]->runs(); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  const std::string stays = cores["one"]->runs() ? "one" : "two", goes = stays == "one" ? "two" : "one";
+  EXPECT_EQ(cores[goes]->wait(), 3);
+  EXPECT_THAT(contentOf(folder_.path(goes + ".log")), HasSubstr("is served by another mapping core"));
+  EXPECT_EQ(cores[stays]->end(SIGTERM), 0) << contentOf(folder_.path(stays + ".log"));
+  const ProgramRun info = runProgram("fleet info --json " + folder_.path(stays + ".comap"));
+  ASSERT_EQ(info.exit_code, 0) << info.err;
+  const auto report = nlohmann::json::parse(contentOf(folder_.path("a.json")));
+  EXPECT_EQ(nlohmann::json::parse(info.out).at("keyframes"), report.at("keyframes"));
+  EXPECT_GT(report.at("keyframes").get<int>(), 0);
+}
+
+// None of them waits for a writer that never comes.
+TEST_F(BadInput, APipeIsNoFileToRead) {
+  const std::string pipe = folder_.path("pipe");
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  fs::create_directory(folder_.path("keys"));
+  ASSERT_EQ(mkfifo(folder_.path("keys/authority.pem").c_str(), 0600), 0);
+  fs::create_directory(folder_.path("tum"));
+  for (const std::string name : {"rgb.txt", "depth.txt"})
+    ASSERT_EQ(mkfifo(folder_.path("tum/" + name).c_str(), 0600), 0);
+  const std::string robot = "edge_agent --robot a --offline --outbox " + folder_.path() + " --source ";
+  for (const std::string& command : std::vector<std::string>{
+           "edge_agent --check-config --config " + pipe, "mapping_core --check-config --config " + pipe,
+           "edge_agent --check-config --robot a --keys " + folder_.path("keys"), robot + "klg:" + pipe,
+           robot + "tum:" + folder_.path("tum"), robot + "tum:" + flat_ + "/a@0:3 --trace " + pipe,
+           "mapping_core --store " + pipe, "fleet evaluate --trajectory " + pipe + " --truth " + pipe,
+           "fleet info " + pipe, "fleet keys show " + folder_.path("keys")}) {
+    const ProgramRun run = runProgram(command, "timeout 20");
+    EXPECT_EQ(run.exit_code, 3) << command << "\n" << run.err;
+    EXPECT_THAT(run.err, HasSubstr(folder_.path())) << command;
+  }
 }
 
 TEST_F(BadInput, TwoCoresOnOneStore) {

@@ -49,6 +49,11 @@ TEST_F(DamagedStore, IsNamedAndSaved) {
   EXPECT_EQ(sick.at("lost_keyframes"), 1);
   EXPECT_NE(sick.at("damage").dump().find("its message is damaged (checksum)"), std::string::npos) << sick.dump(2);
 
+  const ProgramRun core = runProgram("mapping_core --domain 91 --core-site damaged --store " + store, "timeout 60");
+  EXPECT_EQ(core.exit_code, 3) << core.err;
+  EXPECT_NE(core.err.find("'fleet doctor " + store + "' names what is damaged"), std::string::npos) << core.err;
+  EXPECT_NE(core.err.find("'fleet recover " + store + " --out NEW'"), std::string::npos) << core.err;
+
   const std::string saved = folder_.path("saved.comap");
   const Json rest = run("fleet recover --json " + store + " --out " + saved);
   EXPECT_EQ(rest.at("keyframes").get<size_t>(), keyframes - 1);

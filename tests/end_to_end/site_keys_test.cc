@@ -103,6 +103,10 @@ TEST_F(Keys, ARobotWhoseKeyIsRevokedLosesTheRunningCoreAndAnotherKeepsIt) {
   a->end(SIGTERM);  // whatever it had sent by then
   const auto again = robot("a", robot_a, "5");
   EXPECT_EQ(again->wait(), 3) << contentOf(folder_.path("a.log"));
+  EXPECT_NE(
+      contentOf(folder_.path("a.log")).find("does not let this robot in: ask the fleet's operator whether its keys"),
+      std::string::npos)
+      << contentOf(folder_.path("a.log"));
   EXPECT_TRUE(await("core.log", "comap/robot/a was not let in: its certificate is revoked"))
       << contentOf(folder_.path("core.log"));
   EXPECT_NE(contentOf(folder_.path("a.log")).find("keyframes wait in "), std::string::npos);
