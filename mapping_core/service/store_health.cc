@@ -4,8 +4,15 @@
 
 namespace comap {
 
+bool StoreHealth::holds() {
+  const std::string trouble = file_.trouble();
+  if (!trouble.empty()) note(Error{ErrorCode::kUnreachable, trouble});
+  return trouble.empty();
+}
+
 bool StoreHealth::takes() {
   constexpr std::chrono::seconds kAgain(1);
+  if (!holds()) return false;
   if (refuses() && std::chrono::steady_clock::now() - tried_ >= kAgain) note(store_.tryWriting(room_));
   return !refuses();
 }

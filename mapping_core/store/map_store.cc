@@ -101,6 +101,8 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
   return MapStore(std::make_unique<State>(std::move(*database), std::move(lock)));
 }
 
+const std::string& MapStore::path() const { return state_->database.path(); }
+
 StoreTransaction::StoreTransaction(std::unique_ptr<Transaction> transaction, Database* hasty)
     : transaction_(std::move(transaction)), hasty_(hasty) {}
 StoreTransaction::StoreTransaction(StoreTransaction&& other) noexcept

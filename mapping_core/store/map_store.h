@@ -68,6 +68,7 @@ class MapStore {
   /// kUnreachable if the file cannot be opened, or another program has it open to write and this one wants to, too;
   /// kBadData if it is no map store or of another schema version. Writing includes bringing it to this version.
   static Result<MapStore> open(const std::string& path, Mode mode);
+  const std::string& path() const;  ///< absolute
   MapStore(MapStore&&) noexcept;
   MapStore& operator=(MapStore&&) noexcept;
   ~MapStore();

@@ -93,6 +93,34 @@ TEST_F(FullStore, NothingIsAcknowledgedThatIsNotThereAndAllComesWhenThereIsRoom)
   EXPECT_EQ(after.at("keyframes_without_pose"), 0);
 }
 
+TEST_F(FullStore, ADeletedStoreTakesNothingAndPutBackItTakesAll) {
+  const int port = freePort();
+  Background core("mapping_core",
+                  {"--domain", "94", "--core-site", site_, "--store", store_, "--status-port", std::to_string(port),
+                   "--log-format", "json"},
+                  core_log_);
+  ASSERT_TRUE(awaitLine(core_log_, "mapping core on", core)) << contentOf(core_log_);
+  Background agent(
+      "edge_agent",
+      {"--domain", "94", "--core-site", site_, "--robot", "a", "--source", "tum:" + flat_ + "/a@0:60", "--realtime",
+       "--report", folder_.path("a.json"), "--patience", "120", "--outbox", folder_.path("outbox")},
+      folder_.path("a.log"));
+  ASSERT_TRUE(awaitLine(core_log_, "robot a is here", core)) << contentOf(core_log_);
+  std::filesystem::rename(store_, folder_.path("aside"));
+  ASSERT_TRUE(awaitLine(core_log_, "was deleted or moved away while this core writes it", core))
+      << contentOf(core_log_);
+  EXPECT_TRUE(awaitAnswer(port, 503, core));
+  EXPECT_THAT(httpGet(port, "/metrics").body, HasSubstr("comap_core_store_failing 1\n"));
+  EXPECT_TRUE(agent.runs());
+  std::filesystem::rename(folder_.path("aside"), store_);
+  EXPECT_EQ(agent.wait(), 0) << contentOf(folder_.path("a.log"));
+  EXPECT_THAT(contentOf(core_log_), HasSubstr("the store takes keyframes again"));
+  EXPECT_EQ(core.end(SIGTERM), 0) << contentOf(core_log_);
+  const Json after = info(), report = Json::parse(contentOf(folder_.path("a.json")));
+  EXPECT_EQ(after.at("keyframes"), report.at("keyframes"));
+  EXPECT_EQ(after.at("keyframes_without_pose"), 0);
+}
+
 TEST_F(FullStore, ACoreThatStartsOnAStoreThatMayNotGrowSaysSo) {
   ASSERT_EQ(
       runProgram("fleet replay --link loopback --robot a=" + flat_ + "/a@0:30 --out " + folder_.path("run")).exit_code,
