@@ -260,6 +260,7 @@ Result<void> Agent::exchange(std::chrono::milliseconds timeout) {
     delivery = link_.receive(std::chrono::milliseconds(0));
   }
   noteWaiting(waiting);
+  sender_.tellLosses(std::chrono::steady_clock::now());
   if (welcome_) sender_.sendDue(std::chrono::steady_clock::now());
   return {};
 }
@@ -357,6 +358,7 @@ void Agent::sendStatus(bool finished) {
   status.outbox_bytes = sender_.waitingBytes();
   status.keyframes_thinned = sender_.losses().thinned;
   status.keyframes_dropped = sender_.losses().dropped;
+  status.keyframes_refused = static_cast<uint32_t>(sender_.refused().size());
   if (const auto encoded = encodeStatus(status)) (void)link_.publish(Topic::kStatus, config_.robot, *encoded);
 }
 

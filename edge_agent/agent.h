@@ -85,6 +85,7 @@ class Agent {
   uint32_t unacknowledged() const { return static_cast<uint32_t>(sender_.waitingInAll()); }
   uint32_t onlyInMemory() const { return static_cast<uint32_t>(sender_.waitingInMemory()); }  ///< the disk failed
   const SenderLosses& losses() const { return sender_.losses(); }
+  const RefusedKeyframes& refusedKeyframes() const { return sender_.refused(); }  ///< counted as unacknowledged too
   uint64_t waitingBytes() const { return sender_.waitingBytes(); }
   /// How long keyframes have waited without the core acknowledging any; 0 if none waits.
   std::chrono::duration<double> stalled() const;

@@ -43,6 +43,8 @@ void addLevels(const Agent& agent, const MetricsPage::Labels& robot, MetricsPage
   level("comap_agent_outbox_bytes", "Their size.", static_cast<double>(agent.waitingBytes()));
   level("comap_agent_outbox_memory_keyframes", "Those of them that only memory holds, as the disk failed.",
         agent.onlyInMemory());
+  level("comap_agent_outbox_refused_keyframes", "Those of them that the core cannot take.",
+        static_cast<double>(agent.refusedKeyframes().size()));
   level("comap_agent_outbox_stalled_seconds", "How long keyframes have waited without any being acknowledged.",
         agent.stalled().count());
   level("comap_agent_core_present", "1 if a mapping core is in sight.", agent.hasPeer() ? 1 : 0);
@@ -122,14 +124,17 @@ Telemetry::Report reportOf(const Agent& agent, const std::string& robot) {
   page.summary("comap_agent_registration_seconds", "Registering a frame against tiles.", s.localizer_ms, labels);
   report.labels = labels;
   const std::string trouble = cameraTrouble(camera);
+  const size_t refused = agent.refusedKeyframes().size();
   report.readiness.ready =
       s.frames > 0 && trouble.empty() && !agent.sourceEnded() && agent.tracking() != TrackingState::kLost;
   report.readiness.state =
-      fmt::format("robot {}: {}, {} frames, {} keyframes, {} wait, core {}", robot,
+      fmt::format("robot {}: {}, {} frames, {} keyframes, {} wait{}, core {}", robot,
                   agent.sourceEnded() ? "source has ended"
                   : !trouble.empty()  ? trouble
                                       : fmt::format("tracking {}", trackingName(agent.tracking())),
-                  s.frames, s.keyframes, agent.unacknowledged(), agent.hasPeer() ? "in sight" : "not in sight");
+                  s.frames, s.keyframes, agent.unacknowledged(),
+                  refused == 0 ? "" : fmt::format(" ({} refused: {})", refused, agent.refusedKeyframes().reason()),
+                  agent.hasPeer() ? "in sight" : "not in sight");
   return report;
 }
 

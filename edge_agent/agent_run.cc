@@ -28,6 +28,10 @@ Result<void> awaitCore(const Link& link, const AgentConfig& config, const RunOpt
 }
 
 Error silentCore(const Agent& agent, const RunOptions& options) {
+  const RefusedKeyframes& refused = agent.refusedKeyframes();
+  if (refused.size() > 0)
+    return {ErrorCode::kProblem, "the core refuses " + counted(refused.size(), "keyframe") + ": " + refused.reason() +
+                                     "; " + whatWaits(agent, options.outbox)};
   return {ErrorCode::kUnreachable, "the core has been silent for " + std::to_string(options.patience_s) + " s; " +
                                        whatWaits(agent, options.outbox)};
 }
@@ -88,6 +92,9 @@ Result<void> settle(Agent& agent, const RunOptions& options) {
       tiles = agent.statistics().tiles_received;
       last_news = Clock::now();
     }
+    const bool only_refused =
+        agent.refusedKeyframes().size() > 0 && agent.refusedKeyframes().size() == agent.unacknowledged();
+    if (only_refused && Clock::now() - last_news > kQuiet) return silentCore(agent, options);
     if (agent.allAcknowledged() && agent.allMapped() && Clock::now() - last_news > kQuiet) return {};
     if (Clock::now() - last_progress > seconds(options.patience_s)) {
       if (agent.allAcknowledged()) return {};

@@ -166,18 +166,16 @@ int run(const Arguments& arguments, const Log& early) {
     if (!started) return failWith(started.error());
     ros2.emplace(std::move(*started));
   }
-  auto outbox = openOutbox(config->outbox, config->robot, log);
-  if (!outbox) return failWith(outbox.error());
-  const std::string outbox_path = config->outbox.kind == "memory" ? "" : outbox->path();
-  const auto session = outbox->beginSession(newSession());
-  if (!session) return failWith(session.error());
-  if (outbox->size() > 0)
-    log(config->robot + ": " + counted(outbox->size(), "keyframe") + " of earlier starts " +
-        wordFor(outbox->size(), "waits", "wait") + " in " + outbox_path);
+  auto begun = openOutbox(config->outbox, config->robot, newSession(), log);
+  if (!begun) return failWith(begun.error());
+  const std::string outbox_path = config->outbox.kind == "memory" ? "" : begun->outbox.path();
+  if (const size_t waiting = begun->outbox.size(); waiting > 0)
+    log(config->robot + ": " + counted(waiting, "keyframe") + " of earlier starts " +
+        wordFor(waiting, "waits", "wait") + " in " + outbox_path);
   log(config->robot + ": " + (*source)->description());
   std::optional<ApiOutput> api;
   if (!config->api.socket.empty()) {
-    auto started = ApiOutput::start(config->api, config->robot, *session);
+    auto started = ApiOutput::start(config->api, config->robot, begun->session);
     if (!started) return failWith(started.error());
     api.emplace(std::move(*started));
     log(config->robot + ": other programs read pose and map at " + config->api.socket);
@@ -195,7 +193,7 @@ int run(const Arguments& arguments, const Log& early) {
   const bool live = (*source)->live();
   if (arguments.realtime || live || arguments.offline)
     config->max_waiting_keyframes = std::numeric_limits<size_t>::max();
-  Agent agent(*config, *session, std::move(*outbox), **source, **link, log, record);
+  Agent agent(*config, begun->session, std::move(begun->outbox), **source, **link, log, record);
   agent.keepTiles(storedTilesOf(*config, outbox_path, log));
   RunOptions options{arguments.realtime, live, arguments.offline, arguments.patience_s, outbox_path};
   options.stopped = [] { return g_stop != 0; };

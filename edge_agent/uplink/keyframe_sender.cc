@@ -9,7 +9,6 @@ namespace {
 
 constexpr uint64_t kSpareBytes = 64'000'000;
 constexpr std::chrono::milliseconds kRetryAfter{100};
-constexpr uint32_t kToldAtLeastEvery = 100;
 
 }  // namespace
 
@@ -21,7 +20,8 @@ KeyframeSender::KeyframeSender(Link& link, const std::string& robot, uint64_t se
       options_(options),
       log_(std::move(log)),
       outbox_(std::move(outbox)),
-      window_(options.send) {}
+      window_(options.send),
+      loss_log_(log_) {}
 
 // How many sequences before `sequence` are nowhere: neither here nor, as far as is known, at the core.
 uint32_t KeyframeSender::missingBefore(uint32_t sequence) {
@@ -39,10 +39,10 @@ Result<void> KeyframeSender::add(const Keyframe& keyframe) {
   const Keyframe* shipped = &keyframe;
   const auto gone = keyframe.linked ? dropped_.find(keyframe.linked_to) : dropped_.end();
   const uint32_t skipped = broken_ ? missingBefore(keyframe.id.sequence) : 0;
-  if (gone != dropped_.end() || skipped > 0 || cut_off_) {
+  if (gone != dropped_.end() || skipped > 0) {
     joined = keyframe;
     joined.skipped = skipped;
-    KeyframeLink link{keyframe.linked && !cut_off_, keyframe.linked_to, keyframe.T_link_this, keyframe.information};
+    KeyframeLink link{keyframe.linked, keyframe.linked_to, keyframe.T_link_this, keyframe.information};
     for (auto step = gone; link.linked && step != dropped_.end(); step = dropped_.find(link.linked_to))
       link = joinLinks(step->second, link);
     joined.linked = link.linked;
@@ -64,10 +64,10 @@ Result<void> KeyframeSender::add(const Keyframe& keyframe) {
     dropped_[row.key.sequence] = row.link;
     broken_ = true;
     ++losses_.dropped;
-    tellLosses();
+    tellLosses(std::chrono::steady_clock::now());
     return {};
   }
-  broken_ = cut_off_ = false;
+  broken_ = false;
   keepWithinQuota();
   return {};
 }
@@ -113,7 +113,6 @@ void KeyframeSender::failed(const Error& error) {
     for (const OutboxRow& row : rescued->lost)
       if (row.key.session == session_) dropped_[row.key.sequence] = row.link;
     broken_ = true;
-    cut_off_ = cut_off_ || rescued->cut_off;
     return;
   }
   if (!failing_)
@@ -133,17 +132,7 @@ void KeyframeSender::keepWithinQuota() {
   losses_.dropped += static_cast<uint32_t>(made->dropped.size());
   for (const OutboxRow& row : made->dropped)
     if (row.key.session == session_) dropped_[row.key.sequence] = row.link;
-  tellLosses();
-}
-
-void KeyframeSender::tellLosses() {
-  const uint32_t all = losses_.thinned + losses_.dropped;
-  const bool first = told_ == 0 || (losses_.dropped > 0 && losses_.dropped <= 8);
-  if (all == told_ || (!first && all - told_ < kToldAtLeastEvery)) return;
-  told_ = all;
-  log_("outbox is full (" + std::to_string(waitingBytes() / 1'000'000) + " MB): " + std::to_string(losses_.thinned) +
-       " keyframes have coarser colour, " + std::to_string(losses_.dropped) +
-       " were dropped; a larger outbox.quota_mb keeps more");
+  tellLosses(std::chrono::steady_clock::now());
 }
 
 Outbox& KeyframeSender::boxOf(const OutboxKey& key) {
@@ -174,6 +163,7 @@ bool KeyframeSender::send(const OutboxKey& key, std::chrono::steady_clock::time_
   const auto bytes = box.encoded(key);
   if (!bytes) {
     window_.forget(key);
+    refused_.forget(key);
     if (bytes.error().code != ErrorCode::kProblem) failed(bytes.error());
     return false;
   }
@@ -185,13 +175,17 @@ bool KeyframeSender::send(const OutboxKey& key, std::chrono::steady_clock::time_
   }
   bytes_sent_ += bytes->size();
   window_.sent(key, bytes->size(), now);
+  refused_.sent(key, *bytes);
   return true;
 }
 
 void KeyframeSender::sendDue(std::chrono::steady_clock::time_point now) {
   if (now < retry_ || waitingInAll() == 0) return;
   const bool peer = link_.peers() > 0;
-  if (peer && !had_peer_) window_.restart();
+  if (peer && !had_peer_) {
+    window_.restart();
+    refused_.tryAgain();
+  }
   had_peer_ = peer;
   if (!peer) return;
   // While the link still carries what it has, a repeat would only wait behind it.
@@ -201,13 +195,27 @@ void KeyframeSender::sendDue(std::chrono::steady_clock::time_point now) {
   }
   while (window_.hasRoom(now)) {
     const auto key = nextUnsent();
-    if (!key || !send(*key, now)) return;
+    if (!key) break;
+    if (!send(*key, now)) return;
     next_[key->session] = key->sequence + 1;
   }
+  const auto again = refused_.due(now);
+  if (again && window_.hasRoom(now)) send(*again, now);
+}
+
+void KeyframeSender::refuse(uint32_t checksum, const std::string& reason, std::chrono::steady_clock::time_point now) {
+  const bool told = refused_.reason() == reason;
+  const auto key = refused_.refuse(checksum, reason, now);
+  if (!key) return;
+  window_.forget(*key);
+  if (told) return;
+  log_("the core refuses keyframe " + toString(KeyframeId{robot_, key->session, key->sequence}) + ": " + reason +
+       ". It stays in the outbox and is sent again now and then, as are others that are refused so");
 }
 
 void KeyframeSender::acknowledge(const Acknowledgement& acknowledgement, std::chrono::steady_clock::time_point now) {
   if (acknowledgement.robot != robot_ || !acknowledgement.refusal.empty()) return;
+  if (!acknowledgement.refused.empty()) refuse(acknowledgement.refused_checksum, acknowledgement.refused, now);
   if (acknowledgement.session == session_)
     acknowledged_below_ = std::max(acknowledged_below_, acknowledgement.next_expected);
   for (Outbox* box : {&outbox_, spare_ ? &*spare_ : nullptr}) {
@@ -215,6 +223,7 @@ void KeyframeSender::acknowledge(const Acknowledgement& acknowledgement, std::ch
     const auto held = box->acknowledge(acknowledgement);
     if (held) {
       window_.acknowledged(*held, now);
+      for (const OutboxKey& key : *held) refused_.forget(key);
     } else {
       failed(held.error());
     }

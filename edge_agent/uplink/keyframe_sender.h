@@ -9,7 +9,9 @@
 #include <optional>
 #include <string>
 
+#include "edge_agent/uplink/loss_log.h"
 #include "edge_agent/uplink/outbox.h"
+#include "edge_agent/uplink/refused_keyframes.h"
 #include "edge_agent/uplink/send_window.h"
 #include "protocol/link/link.h"
 #include "protocol/types/keyframe.h"
@@ -22,12 +24,6 @@ struct SenderOptions {
   int jpeg_quality = 90;
   int thin_jpeg_quality = 30;  ///< of colour once the outbox is full
   uint64_t outbox_quota_bytes = 2'000'000'000;
-};
-
-/// For want of room, or because a disk or its content failed; since the start of the agent.
-struct SenderLosses {
-  uint32_t thinned = 0;  ///< sent with poorer colour
-  uint32_t dropped = 0;  ///< never sent
 };
 
 /// This session's keyframes go first, then those of the session before it, and so on: what the robot sees now places
@@ -45,7 +41,10 @@ class KeyframeSender {
   Result<void> add(const Keyframe& keyframe);
   /// Sends what is due at `now`. A link that takes nothing is no error: it stays due.
   void sendDue(std::chrono::steady_clock::time_point now);
+  /// A keyframe that the core cannot take stays, lets the others pass, and is sent again seldom (RefusedKeyframes).
   void acknowledge(const Acknowledgement& acknowledgement, std::chrono::steady_clock::time_point now);
+  /// Tells the log what was given up and not yet told (LossLog). Call it now and then.
+  void tellLosses(std::chrono::steady_clock::time_point now) { loss_log_.note(losses_, waitingBytes(), now); }
 
   size_t waiting() const { return sizeOf(session_); }  ///< of this session
   size_t waitingInAll() const;
@@ -55,6 +54,7 @@ class KeyframeSender {
   /// What the link delivers, as far as keyframes have shown it. 0: not known.
   double uplinkBytesPerSecond() const { return window_.rate().bytesPerSecond(); }
   const SenderLosses& losses() const { return losses_; }
+  const RefusedKeyframes& refused() const { return refused_; }
 
  private:
   size_t sizeOf(uint64_t session) const;
@@ -65,7 +65,7 @@ class KeyframeSender {
   bool send(const OutboxKey& key, std::chrono::steady_clock::time_point now);
   Outbox& boxOf(const OutboxKey& key);
   void failed(const Error& error);
-  void tellLosses();
+  void refuse(uint32_t checksum, const std::string& reason, std::chrono::steady_clock::time_point now);
 
   Link& link_;
   const std::string robot_;
@@ -75,10 +75,10 @@ class KeyframeSender {
   Outbox outbox_;
   std::optional<Outbox> spare_;  // in memory: where keyframes go while the outbox cannot be written
   SendWindow window_;
+  RefusedKeyframes refused_;
   std::map<uint64_t, uint32_t> next_;              // of each session, the sequence from which nothing was sent yet
   std::map<uint32_t, KeyframeLink> dropped_;       // of this session; links to them are joined to theirs
   bool broken_ = false;                            // keyframes before the next one were lost, as dropped_ says
-  bool cut_off_ = false;                           // and what they were linked to is not known
   uint32_t acknowledged_below_ = 0;                // of this session
   OutboxKey cursor_;                               // of makeRoom
   std::chrono::steady_clock::time_point retry_{};  // not before this, after the link took nothing
@@ -86,7 +86,7 @@ class KeyframeSender {
   bool failing_ = false;
   uint64_t bytes_sent_ = 0;
   SenderLosses losses_;
-  uint32_t told_ = 0;  // losses of the last line in the log
+  LossLog loss_log_;
 };
 
 }  // namespace comap

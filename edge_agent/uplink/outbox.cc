@@ -1,9 +1,10 @@
 #include "edge_agent/uplink/outbox.h"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <tuple>
+
+#include "edge_agent/uplink/outbox_rows.h"
+#include "protocol/codec/message_checksum.h"
 
 namespace comap {
 namespace {
@@ -40,36 +41,10 @@ CREATE TABLE messages (
 ) STRICT;
 )sql";
 
-#define COMAP_ROW_COLUMNS                                                                                              \
-  "session, sequence, bytes, sent, thinned, skipped, linked, linked_to, odom_qx, odom_qy, odom_qz, odom_qw, odom_tx, " \
-  "odom_ty, odom_tz, qx, qy, qz, qw, tx, ty, tz, information"
-
 int64_t signedOf(uint64_t session) { return static_cast<int64_t>(session); }
-
-uint32_t checksum(std::span<const uint8_t> bytes) {
-  return static_cast<uint32_t>(crc32_z(0, bytes.data(), bytes.size()));
-}
 
 std::span<const uint8_t> bytesOf(const Matrix6d& matrix) {
   return {reinterpret_cast<const uint8_t*>(matrix.data()), sizeof(double) * 36};
-}
-
-OutboxRow rowOf(Query& query) {
-  OutboxRow row;
-  row.key.session = static_cast<uint64_t>(query.integer());
-  row.key.sequence = query.unsigned32();
-  row.bytes = static_cast<uint64_t>(query.integer());
-  row.sent = query.integer() != 0;
-  row.thinned = query.integer() != 0;
-  row.skipped = query.unsigned32();
-  row.link.linked = query.integer() != 0;
-  row.link.linked_to = query.unsigned32();
-  row.T_odom_cam = query.pose();
-  row.link.T_link_this = query.pose();
-  const auto information = query.bytes();
-  if (information.size() == sizeof(double) * 36)
-    std::copy(information.begin(), information.end(), reinterpret_cast<uint8_t*>(row.link.information.data()));
-  return row;
 }
 
 Result<std::vector<OutboxRow>> rowsOf(Query& query) {
@@ -130,7 +105,34 @@ Result<void> Outbox::prepare() {
                                            "): name another outbox.directory, or move this file away"};
   }
   if (auto committed = transaction->commit(); !committed) return committed;
-  return countAll();
+  if (auto counted = countAll(); !counted) return counted;
+  const auto read = lastSession();  // damage there shows now, not when the session begins
+  return read ? Result<void>() : read.error();
+}
+
+Result<void> Outbox::belongTo(const std::string& robot) {
+  // As a key: values are numbers, in the files of all releases.
+  constexpr std::string_view kOwner = "robot:";
+  auto query = database_.query("SELECT key FROM meta WHERE key >= 'robot:' AND key < 'robot;'");
+  if (!query) return query.error();
+  const auto told = query->step();
+  if (!told) return told.error();
+  std::string owner = *told ? query->text().substr(kOwner.size()) : "";
+  const bool known = *told;
+  if (!known && !keyframes_.empty()) {
+    const auto row = firstFrom(keyframes_.begin()->first, 0);
+    if (!row) return row.error();
+    const auto message = *row ? encoded((*row)->key) : Error{};
+    const auto head = message ? decodeKeyframeId(*message) : message.error();
+    if (head) owner = head->id.robot;
+  }
+  if (!owner.empty() && owner != robot)
+    return Error{ErrorCode::kWrongUse, path() + ": is the outbox of robot '" + owner + "', this is robot '" + robot +
+                                           "': name another outbox.directory, or move this file away"};
+  if (known) return {};
+  auto insert = database_.query("INSERT INTO meta (key, value) VALUES (?, 1)");
+  if (!insert) return insert.error();
+  return insert->bind(std::string(kOwner) + robot).run();
 }
 
 Result<void> Outbox::countAll() {
@@ -201,13 +203,13 @@ void Outbox::count(uint64_t session, int keyframes, int64_t bytes) {
 Result<void> Outbox::add(const OutboxRow& row, std::span<const uint8_t> encoded) {
   auto change = begin();
   if (!change) return change.error();
-  auto known = database_.query("INSERT INTO keyframes (" COMAP_ROW_COLUMNS
+  auto known = database_.query("INSERT INTO keyframes (" COMAP_OUTBOX_ROW_COLUMNS
                                ", crc32) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
   if (!known) return known.error();
   bind(*known, row.key).bind(static_cast<int64_t>(encoded.size())).bind(int64_t{row.sent}).bind(int64_t{row.thinned});
   known->bind(int64_t{row.skipped}).bind(int64_t{row.link.linked}).bind(int64_t{row.link.linked_to});
   known->bind(row.T_odom_cam).bind(row.link.T_link_this).bind(bytesOf(row.link.information));
-  if (auto ran = known->bind(int64_t{checksum(encoded)}).run(); !ran) return ran;
+  if (auto ran = known->bind(int64_t{messageChecksum(encoded)}).run(); !ran) return ran;
   auto message = database_.query("INSERT INTO messages (session, sequence, encoded) VALUES (?, ?, ?)");
   if (!message) return message.error();
   if (auto ran = bind(*message, row.key).bind(encoded).run(); !ran) return ran;
@@ -226,7 +228,7 @@ Result<std::vector<uint8_t>> Outbox::encoded(const OutboxKey& key) {
   if (!*row) return Error{ErrorCode::kProblem, name + " is not there"};
   const uint32_t expected = query->unsigned32();
   const auto bytes = query->bytes();
-  if (checksum(bytes) != expected) return Error{ErrorCode::kBadData, name + " is damaged"};
+  if (messageChecksum(bytes) != expected) return Error{ErrorCode::kBadData, name + " is damaged"};
   return std::vector<uint8_t>(bytes.begin(), bytes.end());
 }
 
@@ -237,7 +239,7 @@ Result<std::optional<OutboxRow>> Outbox::firstFrom(uint64_t session, uint32_t fr
 }
 
 Result<std::vector<OutboxRow>> Outbox::rows(uint64_t session, uint32_t from, size_t most) {
-  auto query = database_.query("SELECT " COMAP_ROW_COLUMNS
+  auto query = database_.query("SELECT " COMAP_OUTBOX_ROW_COLUMNS
                                " FROM keyframes WHERE session = ? AND sequence >= ? ORDER BY sequence LIMIT ?");
   if (!query) return query.error();
   bind(*query, {session, from}).bind(static_cast<int64_t>(most));
@@ -245,37 +247,23 @@ Result<std::vector<OutboxRow>> Outbox::rows(uint64_t session, uint32_t from, siz
 }
 
 Result<std::optional<OutboxRow>> Outbox::last(uint64_t session) {
-  auto query =
-      database_.query("SELECT " COMAP_ROW_COLUMNS " FROM keyframes WHERE session = ? ORDER BY sequence DESC LIMIT 1");
+  auto query = database_.query("SELECT " COMAP_OUTBOX_ROW_COLUMNS
+                               " FROM keyframes WHERE session = ? ORDER BY sequence DESC LIMIT 1");
   if (!query) return query.error();
   const auto found = rowsOf(query->bind(signedOf(session)));
   if (!found) return found.error();
   return found->empty() ? std::optional<OutboxRow>() : std::optional(found->front());
 }
 
-Result<std::optional<OutboxRow>> Outbox::first() {
-  const auto all = sessions();
-  return all.empty() ? Result<std::optional<OutboxRow>>(std::optional<OutboxRow>()) : firstFrom(all.front(), 0);
-}
-
-Result<std::optional<OutboxRow>> Outbox::after(const OutboxKey& key) {
-  auto query = database_.query("SELECT " COMAP_ROW_COLUMNS
-                               " FROM keyframes WHERE (session, sequence) > (?, ?) ORDER BY session, sequence LIMIT 1");
-  if (!query) return query.error();
-  const auto found = rowsOf(bind(*query, key));
-  if (!found) return found.error();
-  return found->empty() ? std::optional<OutboxRow>() : std::optional(found->front());
-}
-
 Result<std::vector<OutboxRow>> Outbox::linkedTo(const OutboxKey& key) {
-  auto query = database_.query("SELECT " COMAP_ROW_COLUMNS
+  auto query = database_.query("SELECT " COMAP_OUTBOX_ROW_COLUMNS
                                " FROM keyframes WHERE session = ? AND linked_to = ? AND linked = 1 ORDER BY sequence");
   if (!query) return query.error();
   return rowsOf(bind(*query, key));
 }
 
 Result<std::optional<OutboxRow>> Outbox::oldestUnthinned() {
-  auto query = database_.query("SELECT " COMAP_ROW_COLUMNS
+  auto query = database_.query("SELECT " COMAP_OUTBOX_ROW_COLUMNS
                                " FROM keyframes WHERE thinned = 0 AND sent = 0 ORDER BY session, sequence LIMIT 1");
   if (!query) return query.error();
   const auto row = query->step();

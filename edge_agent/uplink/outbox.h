@@ -42,6 +42,10 @@ class Outbox {
   static Result<Outbox> open(const std::string& path);
   static Result<Outbox> inMemory();
 
+  /// Says whose it is; one that says nothing yet is taken over with the keyframes of this robot. kWrongUse if it is
+  /// another robot's.
+  Result<void> belongTo(const std::string& robot);
+
   /// A session number above all that this outbox has given, `wished` if that is; it is durable when this returns.
   Result<uint64_t> beginSession(uint64_t wished);
 
@@ -57,9 +61,6 @@ class Outbox {
   Result<std::optional<OutboxRow>> last(uint64_t session);
   /// Those of one session, in order, from `from` on, `most` at most: a page at a time, whatever the backlog.
   Result<std::vector<OutboxRow>> rows(uint64_t session, uint32_t from, size_t most);
-  Result<std::optional<OutboxRow>> first();
-  /// The first keyframe behind `key`, over all sessions, in order.
-  Result<std::optional<OutboxRow>> after(const OutboxKey& key);
   /// Those of the same session whose link goes to `key`, which need not be there.
   Result<std::vector<OutboxRow>> linkedTo(const OutboxKey& key);
   /// The oldest that was not sent and whose colour was not thinned.
@@ -120,12 +121,12 @@ struct RescuedOutbox {
   Outbox outbox;
   std::string told;             ///< one line for the log: the names of both files, and numbers
   std::vector<OutboxRow> lost;  ///< known, but their message was damaged
-  bool cut_off = false;         ///< behind some place nothing could be read
 };
 
 /// Puts a damaged outbox aside, as `path`.damaged-1 or the next free number, and opens a new one with all keyframes
-/// that could still be read and are whole. What was linked to a lost one is linked to what that was linked to.
-/// kUnreachable if the file cannot be put aside.
+/// that could still be read and are whole, before and behind what is damaged. What was linked to a lost one is linked
+/// to what that was linked to. kUnreachable if the file cannot be put aside, or its keyframes not be written anew (a
+/// full disk): then it is where it was.
 Result<RescuedOutbox> rescueOutbox(const std::string& path);
 
 }  // namespace comap

@@ -25,6 +25,14 @@ constexpr const char* kWhatToDo =
     "; name a folder that this user can write with outbox.directory or --outbox DIR, or give up safety with --outbox "
     "memory";
 
+Result<BegunOutbox> beginIn(Result<Outbox> outbox, const std::string& robot, uint64_t wished_session) {
+  if (!outbox) return outbox.error();
+  if (auto owned = outbox->belongTo(robot); !owned) return owned.error();
+  const auto session = outbox->beginSession(wished_session);
+  if (!session) return session.error();
+  return BegunOutbox{std::move(*outbox), *session};
+}
+
 }  // namespace
 
 uint64_t quotaBytes(const OutboxOptions& options) {
@@ -39,9 +47,10 @@ Result<std::string> outboxPath(const OutboxOptions& options, const std::string& 
   return (std::filesystem::absolute(directory) / (robot + ".outbox")).lexically_normal().string();
 }
 
-Result<Outbox> openOutbox(const OutboxOptions& options, const std::string& robot,
-                          const std::function<void(const std::string& line)>& log) {
-  if (options.kind == "memory") return Outbox::inMemory();
+Result<BegunOutbox> openOutbox(const OutboxOptions& options, const std::string& robot, uint64_t wished_session,
+                               const std::function<void(const std::string& line)>& log) {
+  const auto begin = [&](Result<Outbox> outbox) { return beginIn(std::move(outbox), robot, wished_session); };
+  if (options.kind == "memory") return begin(Outbox::inMemory());
   const auto path = outboxPath(options, robot);
   if (!path) return path.error();
   std::error_code code;
@@ -50,18 +59,17 @@ Result<Outbox> openOutbox(const OutboxOptions& options, const std::string& robot
   if (code)
     return Error{ErrorCode::kUnreachable,
                  "outbox.directory " + directory.string() + ": cannot be made: " + code.message() + kWhatToDo};
-  auto outbox = Outbox::open(*path);
-  if (!outbox && outbox.error().code == ErrorCode::kBadData) {
-    log("outbox: " + outbox.error().text);
+  auto begun = begin(Outbox::open(*path));
+  if (!begun && begun.error().code == ErrorCode::kBadData) {
+    log("outbox: " + begun.error().text);
     auto rescued = rescueOutbox(*path);
     if (!rescued) return rescued.error();
     log(rescued->told);
-    return std::move(rescued->outbox);
+    begun = begin(std::move(rescued->outbox));
   }
-  if (!outbox && outbox.error().code == ErrorCode::kUnreachable &&
-      outbox.error().text.find("locked") == std::string::npos)
-    return Error{outbox.error().code, "outbox: " + outbox.error().text + kWhatToDo};
-  return outbox;
+  if (!begun && begun.error().code == ErrorCode::kUnreachable && begun.error().text.find("locked") == std::string::npos)
+    return Error{begun.error().code, "outbox: " + begun.error().text + kWhatToDo};
+  return begun;
 }
 
 }  // namespace comap

@@ -22,9 +22,15 @@ uint64_t quotaBytes(const OutboxOptions& options);
 /// The file of `robot`'s outbox; kWrongUse if no directory is given or known.
 Result<std::string> outboxPath(const OutboxOptions& options, const std::string& robot);
 
-/// Opens or makes it. One that is damaged is put aside, and what can be read of it taken over; `log` is told.
-/// kUnreachable, with what to do, if its directory or file cannot be written or another agent uses it.
-Result<Outbox> openOutbox(const OutboxOptions& options, const std::string& robot,
-                          const std::function<void(const std::string& line)>& log);
+struct BegunOutbox {
+  Outbox outbox;
+  uint64_t session = 0;  ///< of this start: durable
+};
+
+/// Opens or makes it, and begins a session (Outbox::beginSession). One that is damaged is put aside, and what can be
+/// read of it taken over; `log` is told. kUnreachable, with what to do, if its directory or file cannot be written or
+/// another agent uses it; kWrongUse if it is another robot's.
+Result<BegunOutbox> openOutbox(const OutboxOptions& options, const std::string& robot, uint64_t wished_session,
+                               const std::function<void(const std::string& line)>& log);
 
 }  // namespace comap

@@ -30,7 +30,9 @@ std::string robotTable(const SiteWatch& watch, WatchClock::time_point now) {
     const Status& status = robot.status;
     table.add({printable(name), stateOf(robot, now), std::to_string(status.frames), std::to_string(status.keyframes),
                std::to_string(status.keyframes - std::min(status.keyframes, status.outbox)),
-               fixed(deliveredPerSecond(robot, now), 1), std::to_string(status.outbox),
+               fixed(deliveredPerSecond(robot, now), 1),
+               std::to_string(status.outbox) +
+                   (status.keyframes_refused > 0 ? ", " + std::to_string(status.keyframes_refused) + " refused" : ""),
                humanBytes(double(status.outbox_bytes)), robot.correction ? printable(robot.correction->map) : "-"});
   }
   return table.empty() ? std::string("no robots heard yet") : table.text();
@@ -97,6 +99,7 @@ nlohmann::json watchJson(const SiteWatch& watch, const std::string& site, bool c
                     {"keyframes", robot.status.keyframes},
                     {"waiting", robot.status.outbox},
                     {"waiting_bytes", robot.status.outbox_bytes},
+                    {"refused", robot.status.keyframes_refused},
                     {"delivered_per_s", deliveredPerSecond(robot, now)},
                     {"map", robot.correction ? nlohmann::json(robot.correction->map) : nlohmann::json()},
                     {"T_map_cam", pose ? jsonOf(*pose) : nlohmann::json()}};

@@ -24,7 +24,10 @@ Result<KeyframeIngest::Arrival> KeyframeIngest::ingest(std::span<const uint8_t> 
   auto keyframe = decodeKeyframe(encoded);  // all of it: what is stored must be readable later
   if (!keyframe) return keyframe.error();
   const auto added = store_.addKeyframe(keyframe->id, keyframe->stamp_ns, encoded);
-  if (!added) return added.error();
+  if (!added) {  // not the keyframe's fault, whatever it is
+    const bool damaged = added.error().code == ErrorCode::kBadData;
+    return Error{damaged ? ErrorCode::kUnreachable : added.error().code, added.error().text};
+  }
   Arrival arrival{keyframe->id, *added, rightBefore(keyframe->id, keyframe->skipped)};
   if (arrival.is_new) {
     arrived(arrival.id, keyframe->skipped, {});

@@ -30,7 +30,7 @@ class KeyframeIngest {
     std::vector<KeyframeId> skipped;  ///< right before it: will never come
   };
   /// Checks and stores an encoded keyframe; it is durable when this returns. Duplicates are harmless.
-  /// kBadData: it is damaged and was not stored.
+  /// kBadData: it is damaged and was not stored. kUnreachable: the store does not take it.
   Result<Arrival> ingest(std::span<const uint8_t> encoded);
 
   /// The next keyframe to map: first come, first served, but of one session strictly by sequence.

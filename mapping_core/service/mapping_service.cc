@@ -8,12 +8,14 @@
 #include "mapping_core/ferns/fern_book.h"
 #include "mapping_core/service/map_finish.h"
 #include "protocol/codec/codec.h"
+#include "protocol/codec/message_checksum.h"
 #include "protocol/telemetry/stage_clock.h"
 
 namespace comap {
 namespace {
 
 constexpr size_t kMaxRefusalBytes = 600;        // an acknowledgement has to fit one datagram
+constexpr size_t kMaxReasonBytes = 200;         // as that may go beside the keyframes held
 constexpr std::chrono::milliseconds kCalm(50);  // without a message; then what was put off is done
 constexpr std::chrono::milliseconds kSoon(20);  // until more tiles may go
 constexpr size_t kFusedAtOnce = 4;              // keyframes whose surfels are missing, between looking for messages
@@ -179,7 +181,7 @@ Result<void> MappingService::handleKeyframe(const Delivery& delivery) {
   const StageSpan span("receive");
   const auto head = decodeKeyframeId(delivery.payload);
   if (!head) {
-    refuse(delivery, head.error().text);
+    refuseKeyframe(delivery, head.error().text);
     return {};
   }
   RobotRecord* record = registry_.delivering(head->id.robot, head->id.session);
@@ -191,22 +193,24 @@ Result<void> MappingService::handleKeyframe(const Delivery& delivery) {
     refuse(delivery, "keyframe " + toString(head->id) + " is too far ahead of what the core holds");
     return {};
   }
+  if (!store_health_.holds()) return {};  // not acknowledged: its robot keeps it and sends it again
   const auto arrival = ingest_.ingest(delivery.payload);
   if (!arrival) {
     if (arrival.error().code == ErrorCode::kUnreachable) {
       store_health_.note(arrival.error(), delivery.payload.size());
-      return {};  // not acknowledged: its robot keeps it and sends it again
+      return {};  // as above
     }
     if (arrival.error().code != ErrorCode::kBadData) return arrival.error();
-    refuse(delivery, arrival.error().text);
+    refuseKeyframe(delivery, arrival.error().text);
     return {};
   }
+  if (arrival->is_new) robot_index_.try_emplace(arrival->id.robot, static_cast<uint32_t>(robot_index_.size()));
+  if (!store_health_.holds()) return {};
   if (arrival->is_new) store_health_.note({});
   for (const KeyframeId& skipped : arrival->skipped) record->acks.record(skipped.sequence);
   record->acks.record(arrival->id.sequence);
   statistics_.uplink_bytes[arrival->id.robot] += delivery.payload.size();
   if (arrival->is_new) load_.arrived(std::chrono::steady_clock::now());
-  if (arrival->is_new) robot_index_.try_emplace(arrival->id.robot, static_cast<uint32_t>(robot_index_.size()));
   send(Topic::kAck, arrival->id.robot, encodeAcknowledgement(acknowledgementOf(*record)));
   return {};
 }
@@ -359,6 +363,7 @@ Result<void> MappingService::finish(const std::function<void(size_t, size_t)>& p
   const auto tell = [&] {
     if (progress) progress(keyframes_, keyframes_ + ingest_.waiting() + builder_.unfused());
   };
+  if (!store_health_.holds()) return Error{ErrorCode::kUnreachable, store_health_.failure()};
   for (tell(); !builder_.caughtUp(); tell())
     if (auto fused = builder_.catchUp(kFusedAtOnce); !fused) return fused.error();
   for (; ingest_.hasNext(); tell())
@@ -389,6 +394,17 @@ Result<void> MappingService::finish(const std::function<void(size_t, size_t)>& p
 void MappingService::refuse(const Delivery& delivery, const std::string& why) {
   ++statistics_.refused_messages;
   info("message from '" + delivery.robot + "' refused: " + why);
+}
+
+// Its robot is told, which would send it again and again else.
+void MappingService::refuseKeyframe(const Delivery& delivery, const std::string& why) {
+  refuse(delivery, why);
+  const auto robot = registry_.robots().find(delivery.robot);
+  if (robot == registry_.robots().end()) return;  // nothing is known yet that an acknowledgement could say
+  Acknowledgement told = acknowledgementOf(robot->second);
+  told.refused = why.substr(0, kMaxReasonBytes);
+  told.refused_checksum = messageChecksum(delivery.payload);
+  send(Topic::kAck, delivery.robot, encodeAcknowledgement(told));
 }
 
 void MappingService::send(Topic topic, const std::string& robot, const Result<std::vector<uint8_t>>& encoded) {

@@ -102,6 +102,7 @@ class MappingService {
   Result<void> publishCorrections();
   Result<void> refreshTilesOf(const KeyframeId& anchor);
   void refuse(const Delivery& delivery, const std::string& why);
+  void refuseKeyframe(const Delivery& delivery, const std::string& why);
   void send(Topic topic, const std::string& robot, const Result<std::vector<uint8_t>>& encoded);
   void publishStatus();
   void adviseOnLoad();

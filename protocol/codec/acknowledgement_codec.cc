@@ -19,7 +19,8 @@ codec::Check check(const Acknowledgement& acknowledgement) {
       .robot("robot", acknowledgement.robot)
       .count("also_held", held.size(), kMaxAlsoHeld)
       .that(ascending, "also_held", "is not strictly ascending and above next_expected")
-      .text("refusal", acknowledgement.refusal);
+      .text("refusal", acknowledgement.refusal)
+      .text("refused", acknowledgement.refused);
 }
 
 }  // namespace
@@ -33,6 +34,8 @@ Result<std::vector<uint8_t>> encodeAcknowledgement(const Acknowledgement& acknow
   message.mutable_also_held()->Add(acknowledgement.also_held.begin(), acknowledgement.also_held.end());
   message.set_mapped_below(acknowledgement.mapped_below);
   message.set_refusal(acknowledgement.refusal);
+  message.set_refused(acknowledgement.refused);
+  message.set_refused_checksum(acknowledgement.refused_checksum);
   return codec::serialise(message, "ack", kMaxListMessageBytes);
 }
 
@@ -40,7 +43,8 @@ Result<Acknowledgement> decodeAcknowledgement(std::span<const uint8_t> bytes) {
   const auto message = codec::parse<v1::Acknowledgement>(bytes, "ack", kMaxListMessageBytes);
   if (!message) return message.error();
   Acknowledgement acknowledgement{
-      message->robot(), message->session(), message->next_expected(), {}, message->mapped_below(), message->refusal()};
+      message->robot(),        message->session(), message->next_expected(), {},
+      message->mapped_below(), message->refusal(), message->refused(),       message->refused_checksum()};
   const auto sized =
       codec::Check("ack").count("also_held", static_cast<size_t>(message->also_held_size()), kMaxAlsoHeld);
   if (!sized.ok()) return sized.error(ErrorCode::kBadData);

@@ -33,6 +33,7 @@ Result<std::vector<uint8_t>> encodeStatus(const Status& status) {
   message.set_outbox_bytes(status.outbox_bytes);
   message.set_keyframes_thinned(status.keyframes_thinned);
   message.set_keyframes_dropped(status.keyframes_dropped);
+  message.set_keyframes_refused(status.keyframes_refused);
   return codec::serialise(message, "status", kMaxSmallMessageBytes);
 }
 
@@ -55,7 +56,8 @@ Result<Status> decodeStatus(std::span<const uint8_t> bytes) {
                       message->finished(),
                       message->outbox_bytes(),
                       message->keyframes_thinned(),
-                      message->keyframes_dropped()};
+                      message->keyframes_dropped(),
+                      message->keyframes_refused()};
   if (const auto checked = check(status); !checked.ok()) return checked.error(ErrorCode::kBadData);
   return status;
 }

@@ -30,6 +30,10 @@ struct Acknowledgement {
   std::vector<uint32_t> also_held;
   uint32_t mapped_below = 0;  ///< every sequence below is in the map too
   std::string refusal;        ///< empty = welcome
+  /// Why a keyframe that has just come cannot be taken, and the checksum of its message (messageChecksum): the robot
+  /// keeps it and sends it again seldom. Empty: none such has come.
+  std::string refused = {};
+  uint32_t refused_checksum = 0;
 };
 
 /// Core -> robot: where the robot's odometry frame stands in the map it belongs to. Always before tiles of it.
@@ -73,6 +77,7 @@ struct Status {
   bool finished = false;
   uint64_t outbox_bytes = 0;
   uint32_t keyframes_thinned = 0, keyframes_dropped = 0;  ///< for want of room in the outbox
+  uint32_t keyframes_refused = 0;                         ///< that the core cannot take; they wait in the outbox
 };
 
 /// Why a place match was accepted or refused. A refusal is data, kept and queryable.

@@ -10,6 +10,7 @@
 #include "protocol/storage/database.h"
 #include "tests/end_to_end/background.h"
 #include "tests/end_to_end/flat_test.h"
+#include "tests/files/damaged_database.h"
 
 namespace comap {
 namespace {
@@ -99,6 +100,75 @@ TEST_F(DurableOutbox, OfflineNowDeliveredLater) {
   EXPECT_EQ(info().at("keyframes").get<int64_t>(), made);
   EXPECT_EQ(info().at("keyframes_without_pose"), 0);
   EXPECT_EQ(madeSoFar(), 0);
+}
+
+class DamagedOutboxFile : public DurableOutbox {
+ protected:
+  // The end of a keyframe's message, as it stands in the file.
+  std::vector<uint8_t> endOfMessage(int sequence) {
+    auto box = Database::open(outbox_, SQLITE_OPEN_READWRITE);
+    auto query = box->query("SELECT encoded FROM messages WHERE sequence = ?");
+    EXPECT_TRUE(query && *query->bind(int64_t{sequence}).step());
+    const auto bytes = query->bytes();
+    return {bytes.end() - 300, bytes.end() - 260};
+  }
+  // How many the agent could save, as it says; -1 if it says nothing.
+  int savedAsTold() const {
+    const std::string log = contentOf(folder_.path("a.log"));
+    const size_t told = log.find("was put aside as ");
+    const size_t number = told == std::string::npos ? told : log.find("; ", told);
+    return number == std::string::npos ? -1 : std::stoi(log.substr(number + 2));
+  }
+  const std::string outbox_ = folder_.path("a.outbox");
+};
+
+TEST_F(DamagedOutboxFile, WhileTheAgentIsStoppedCostsOnlyWhatIsDamaged) {
+  ASSERT_EQ(agent({"--source", recording(0, 60), "--offline"})->wait(), 0) << contentOf(folder_.path("a.log"));
+  const int64_t made = madeSoFar();
+  ASSERT_GE(made, 4);
+  const std::string whole = folder_.path("whole");
+  std::filesystem::copy_file(outbox_, whole);
+  const int64_t page = pageOf(outbox_, endOfMessage(1)), numbers = rootPageOf(outbox_, "meta");
+  ASSERT_GT(page, 0);
+  for (const std::string damage : {"numbers", "a keyframe", "cut off"}) {
+    std::filesystem::copy_file(whole, outbox_, std::filesystem::copy_options::overwrite_existing);
+    for (const char* end : {"", "-wal", "-shm"}) std::filesystem::remove(store_ + end);
+    std::filesystem::remove(folder_.path("a.log"));
+    if (damage == "numbers") wipePage(outbox_, numbers);
+    if (damage == "a keyframe") wipePage(outbox_, page);
+    if (damage == "a keyframe") wipePage(outbox_, numbers);  // so that it is found before the first is sent
+    if (damage == "cut off") std::filesystem::resize_file(outbox_, std::filesystem::file_size(whole) * 3 / 4);
+    auto core_now = core();
+    EXPECT_EQ(agent({"--deliver"})->wait(), 0) << damage << contentOf(folder_.path("a.log"));
+    EXPECT_EQ(core_now->end(SIGTERM), 0) << contentOf(folder_.path("core.log"));
+    const int64_t arrived = info().at("keyframes").get<int64_t>();
+    EXPECT_EQ(info().at("keyframes_without_pose"), 0) << "the core waits for nothing";
+    EXPECT_EQ(arrived, savedAsTold()) << damage << contentOf(folder_.path("a.log"));
+    const int64_t least = damage == "numbers" ? made : damage == "a keyframe" ? made - 2 : made / 2;
+    EXPECT_GE(arrived, least) << damage;
+    EXPECT_EQ(arrived < made, damage != "numbers") << damage;
+  }
+}
+
+TEST_F(DamagedOutboxFile, WhileTheAgentRunsCostsOnlyWhatIsDamaged) {
+  ASSERT_EQ(agent({"--source", recording(0, 60), "--offline"})->wait(), 0) << contentOf(folder_.path("a.log"));
+  const int64_t made = madeSoFar();
+  ASSERT_GE(made, 4);
+  const int64_t page = pageOf(outbox_, endOfMessage(1));
+  ASSERT_GT(page, 0);
+  auto running = agent({"--source", recording(60, 120), "--realtime"});
+  ASSERT_TRUE(await([&] { return contentOf(folder_.path("a.log")).find("TUM sequence") != std::string::npos; }, 300));
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  wipePage(outbox_, page);
+  auto core_now = core();
+  EXPECT_EQ(running->wait(), 0) << contentOf(folder_.path("a.log"));
+  EXPECT_EQ(core_now->end(SIGTERM), 0) << contentOf(folder_.path("core.log"));
+  EXPECT_GT(savedAsTold(), 0) << contentOf(folder_.path("a.log"));
+  const auto now = Json::parse(contentOf(folder_.path("a.json"))).at("keyframes").get<int64_t>();
+  const auto arrived = info().at("keyframes").get<int64_t>();
+  EXPECT_LT(arrived, made + now);
+  EXPECT_GE(arrived, made + now - 2);
+  EXPECT_EQ(info().at("keyframes_without_pose"), 0) << "the core waits for nothing";
 }
 
 TEST_F(DurableOutbox, ASecondAgentOfTheSameNameIsTold) {

@@ -16,18 +16,19 @@ COMAP_FUZZ_TARGET(bytes) {
   FuzzedDataProvider provider(bytes.data(), bytes.size());
   fuzz::changeRows(path, provider);
   if (auto outbox = Outbox::open(path)) {
-    int most = 100;
-    for (auto row = outbox->first(); row && *row && most-- > 0; row = outbox->after((*row)->key)) {
-      (void)bool(outbox->encoded((*row)->key));
-      (void)bool(outbox->linkedTo((*row)->key));
-      (void)bool(outbox->markSent((*row)->key));
-    }
     for (const uint64_t session : outbox->sessions()) {
-      (void)bool(outbox->rows(session, 0, 100));
+      if (const auto rows = outbox->rows(session, 0, 100)) {
+        for (const OutboxRow& row : *rows) {
+          (void)bool(outbox->encoded(row.key));
+          (void)bool(outbox->linkedTo(row.key));
+          (void)bool(outbox->markSent(row.key));
+        }
+      }
       (void)bool(outbox->last(session));
       (void)bool(outbox->firstFrom(session, 1));
     }
     (void)bool(outbox->oldestUnthinned());
+    (void)bool(outbox->belongTo("r"));
     (void)bool(outbox->beginSession(1));
     (void)outbox->bytes();
     Acknowledgement ack;

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 
+#include "edge_agent/agent_metrics.h"
 #include "protocol/codec/codec.h"
+#include "protocol/codec/message_checksum.h"
 #include "protocol/link/loopback_link.h"
 #include "tests/scenes/scene_tiles.h"
 
@@ -413,6 +415,43 @@ TEST_F(AgentTest, CarriedOffToWhereOnlyOthersHaveBeenItFindsItselfInTheMapAndSay
   for (const Keyframe& keyframe : keyframes) believed += keyframe.believed && keyframe.believed->map == "m";
   EXPECT_GE(believed, 1u);
   EXPECT_FALSE(keyframes.front().believed) << "the core knew that one";
+}
+
+TEST_F(AgentTest, AKeyframeThatTheCoreCannotTakeIsToldInLogStatusAndOnThePage) {
+  WalkSource source(40, 0, 0, -1);
+  Agent agent = makeAgent(source);
+  ASSERT_TRUE(agent.hello());
+  acknowledge(0);
+  for (auto taken = agent.takeFrame(); taken && *taken != Agent::Progress::kEnded; taken = agent.takeFrame()) {
+    ASSERT_TRUE(agent.exchange(milliseconds(0)));
+    while (auto delivery = core_->receive(milliseconds(0))) {
+      if (delivery->topic != Topic::kKeyframe) continue;
+      Acknowledgement ack;
+      ack.robot = "r";
+      ack.session = kSession;
+      ack.refused = "keyframe: protocol major 2, this build speaks 1";
+      ack.refused_checksum = messageChecksum(delivery->payload);
+      ASSERT_TRUE(core_->publish(Topic::kAck, "r", *encodeAcknowledgement(ack)));
+    }
+  }
+  ASSERT_TRUE(agent.exchange(milliseconds(0)));
+  const size_t refused = agent.refusedKeyframes().size();
+  EXPECT_GT(refused, 1u);
+  EXPECT_EQ(std::count_if(log_.begin(), log_.end(),
+                          [](const std::string& line) { return line.starts_with("the core refuses keyframe r/7/"); }),
+            1);
+  agent.sendStatus(false);
+  std::optional<Status> status;
+  while (auto delivery = core_->receive(milliseconds(0)))
+    if (delivery->topic == Topic::kStatus) status = *decodeStatus(delivery->payload);
+  ASSERT_TRUE(status);
+  EXPECT_EQ(status->keyframes_refused, refused);
+  EXPECT_GE(status->outbox, refused);
+  const Telemetry::Report report = reportOf(agent, "r");
+  EXPECT_NE(report.metrics.text().find("comap_agent_outbox_refused_keyframes{robot=\"r\"} " + std::to_string(refused)),
+            std::string::npos);
+  EXPECT_NE(report.readiness.state.find(" refused: keyframe: protocol major 2"), std::string::npos)
+      << report.readiness.state;
 }
 
 TEST_F(AgentTest, DamagedMessagesArePassedOver) {

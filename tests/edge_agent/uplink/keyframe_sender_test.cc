@@ -6,9 +6,12 @@
 #include <algorithm>
 #include <random>
 #include <set>
+#include <sstream>
 
+#include "protocol/codec/message_checksum.h"
 #include "protocol/session/ack_tracker.h"
 #include "tests/edge_agent/uplink/keyframes.h"
+#include "tests/files/damaged_database.h"
 
 namespace comap {
 namespace {
@@ -210,6 +213,128 @@ TEST_F(Sender, ADiskThatTakesNoMoreIsToldAndNothingIsLostWhileItLives) {
   EXPECT_EQ(wire_.trackers.at(7).state().next_expected, 40u);
   ASSERT_TRUE(sender.add(next(7, 40)));
   EXPECT_EQ(sender.waitingInMemory(), 0u) << "there is room again";
+}
+
+// The file is damaged under the agent that has it open.
+class DamagedUnderway : public Sender {
+ protected:
+  // An earlier life leaves 40 keyframes.
+  void SetUp() override {
+    auto outbox = outboxAt(path_);
+    for (uint32_t i = 0; i < 40; ++i) ASSERT_TRUE(outbox.add(rowOf(next(5, i)), *encodeKeyframe(next(5, i), 90)));
+  }
+  size_t heldOf(uint64_t session) const {
+    return static_cast<size_t>(std::count_if(wire_.held.begin(), wire_.held.end(),
+                                             [&](const KeyframeId& id) { return id.session == session; }));
+  }
+};
+
+TEST_F(DamagedUnderway, OneKeyframeCostsThatOneAndAllElseArrives) {
+  const auto tenth = *encodeKeyframe(next(5, 10), 90);
+  const int64_t page = pageOf(path_, std::span(tenth).last(200).first(40));
+  ASSERT_GT(page, 0);
+  KeyframeSender sender = this->sender(7, quickly(), outboxAt(path_));
+  for (uint32_t i = 0; i < 3; ++i) ASSERT_TRUE(sender.add(next(7, i)));
+  wipePage(path_, page);
+  deliver(sender);
+  EXPECT_EQ(heldOf(7), 3u);
+  EXPECT_GE(heldOf(5), 38u) << "a page holds parts of two messages at most";
+  EXPECT_FALSE(wire_.held.contains({"r", 5, 10}));
+  EXPECT_EQ(wire_.trackers.at(5).state().next_expected, 40u) << "the core waits for nothing";
+  ASSERT_TRUE(sender.add(next(7, 3)));
+  deliver(sender);
+  EXPECT_EQ(heldOf(7), 4u);
+}
+
+TEST_F(DamagedUnderway, ACutFileLosesWhatIsBehindTheCutAndNewOnesGoOn) {
+  KeyframeSender sender = this->sender(7, quickly(), outboxAt(path_));
+  ASSERT_TRUE(sender.add(next(7, 0)));
+  std::filesystem::resize_file(path_, std::filesystem::file_size(path_) * 3 / 4);
+  deliver(sender);
+  EXPECT_GE(heldOf(5), 25u);
+  EXPECT_LT(heldOf(5), 40u);
+  for (uint32_t i = 1; i < 4; ++i) ASSERT_TRUE(sender.add(next(7, i)));
+  deliver(sender);
+  EXPECT_EQ(wire_.trackers.at(7).state().next_expected, 4u) << "the core waits for nothing";
+}
+
+TEST_F(Sender, AKeyframeThatTheCoreCannotTakeIsToldOnceStaysAndGoesAgainSeldom) {
+  KeyframeSender sender = this->sender(7, quickly(), memoryOutbox());
+  for (uint32_t i = 0; i < 3; ++i) ASSERT_TRUE(sender.add(next(7, i)));
+  const auto second = messageChecksum(*encodeKeyframe(next(7, 1), 90));
+  const auto refuse = [&] {
+    Acknowledgement ack{"r", 7, 1, {2}, 0, ""};
+    ack.refused = "keyframe: protocol major 2, this build speaks 1";
+    ack.refused_checksum = second;
+    sender.acknowledge(ack, now_);
+  };
+  const auto sentWithin = [&](std::chrono::seconds time) {
+    wire_.order.clear();
+    for (const auto end = now_ + time; now_ < end; now_ += 100ms) sender.sendDue(now_);
+    return std::count(wire_.order.begin(), wire_.order.end(), OutboxKey{7, 1});
+  };
+  sender.sendDue(now_);
+  EXPECT_EQ(sender.refused().size(), 0u);
+  sentWithin(1s);
+  refuse();
+  EXPECT_EQ(sender.refused().size(), 1u);
+  EXPECT_EQ(sender.waitingInAll(), 1u) << "it stays";
+  EXPECT_EQ(sentWithin(59s), 0);
+  wire_.order.clear();
+  for (int i = 0; i < 20 && wire_.order.empty(); ++i, now_ += 100ms) sender.sendDue(now_);
+  EXPECT_EQ(wire_.order, (std::vector<OutboxKey>{{7, 1}}));
+  refuse();
+  EXPECT_EQ(sentWithin(119s), 0) << "twice as long";
+  ASSERT_TRUE(sender.add(next(7, 3)));
+  sender.sendDue(now_);
+  ASSERT_FALSE(wire_.order.empty());
+  EXPECT_EQ(wire_.order.back(), (OutboxKey{7, 3})) << "others go on";
+  EXPECT_EQ(std::count_if(log_.begin(), log_.end(),
+                          [](const std::string& line) {
+                            return line.find("the core refuses keyframe r/7/1: keyframe: protocol major 2") == 0;
+                          }),
+            1);
+  sender.acknowledge({"r", 7, 1, {2, 3}, 0, ""}, now_);
+  wire_.order.clear();
+  wire_.there = 0;
+  sender.sendDue(now_);
+  wire_.there = 1;
+  sender.sendDue(now_);
+  EXPECT_EQ(wire_.order, (std::vector<OutboxKey>{{7, 1}})) << "another core may take it";
+  sender.acknowledge({"r", 7, 4, {}, 0, ""}, now_);
+  EXPECT_EQ(sender.refused().size(), 0u);
+  EXPECT_EQ(sender.waitingInAll(), 0u);
+  EXPECT_EQ(sender.refused().reason(), "");
+}
+
+TEST_F(Sender, WhatIsGivenUpIsToldToTheLast) {
+  SenderLosses losses;
+  {
+    SenderOptions options = quickly();
+    wire_.there = 0;
+    options.outbox_quota_bytes = 10 * (encodeKeyframe(next(7, 1))->size() + 1024);
+    KeyframeSender sender = this->sender(7, options, memoryOutbox());
+    for (uint32_t i = 0; i < 60; ++i) ASSERT_TRUE(sender.add(next(7, i)));
+    const size_t lines = log_.size();
+    sender.tellLosses(Clock::now() + 31s);
+    EXPECT_EQ(log_.size(), lines + 1);
+    sender.tellLosses(Clock::now() + 99s);
+    EXPECT_EQ(log_.size(), lines + 1) << "each once";
+    const uint32_t dropped = sender.losses().dropped;
+    for (uint32_t i = 60; i < 65; ++i) ASSERT_TRUE(sender.add(next(7, i)));
+    ASSERT_GT(sender.losses().dropped, dropped);
+    losses = sender.losses();
+  }
+  EXPECT_NE(log_.back().find("(" + std::to_string(losses.dropped) + " in all)"), std::string::npos) << log_.back();
+  EXPECT_NE(log_.front().find(" kB)"), std::string::npos) << log_.front();
+  uint32_t told = 0;
+  for (const std::string& line : log_) {
+    const size_t at = line.find("): ");
+    ASSERT_NE(at, std::string::npos);
+    std::istringstream parts(line.substr(at + 3));
+    for (std::string part; std::getline(parts, part, ',');) told += static_cast<uint32_t>(std::stoul(part));
+  }
+  EXPECT_EQ(told, losses.thinned + losses.dropped);
 }
 
 TEST_F(Sender, MemoryDoesNotGrowWithTheBacklog) {

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -10,6 +11,7 @@
 
 #include "edge_agent/uplink/outbox_place.h"
 #include "tests/edge_agent/uplink/keyframes.h"
+#include "tests/files/damaged_database.h"
 
 namespace comap {
 namespace {
@@ -153,11 +155,34 @@ class DamagedOutbox : public OutboxFile {
     file.seekp(at - all.begin() + static_cast<std::ptrdiff_t>(skip));
     for (size_t i = 0; i < bytes; ++i) file.put('x');
   }
-  Result<Outbox> reopen() {
+  Result<Outbox> reopen(const std::string& robot = "r") {
     OutboxOptions options;
     options.directory = folder_.file("");
-    return openOutbox(options, "r", [this](const std::string& line) { log_ += line + "\n"; });
+    auto begun = openOutbox(options, robot, 6, [this](const std::string& line) { log_ += line + "\n"; });
+    if (!begun) return begun.error();
+    EXPECT_GE(begun->session, 6u);
+    return std::move(begun->outbox);
   }
+  // Of session 5, those whose message is whole.
+  static std::vector<uint32_t> wholeIn(Outbox& outbox) {
+    std::vector<uint32_t> sequences;
+    for (const OutboxRow& row : rowsFrom(outbox))
+      if (const auto bytes = outbox.encoded(row.key); bytes && decodeKeyframe(*bytes))
+        sequences.push_back(row.key.sequence);
+    return sequences;
+  }
+  // Where the sequences before each are not there, it says so.
+  static void expectNoGapUntold(Outbox& outbox) {
+    uint32_t next = 0;
+    for (const OutboxRow& row : rowsFrom(outbox)) {
+      const auto keyframe = decodeKeyframe(bytesOf(outbox, row.key));
+      ASSERT_TRUE(keyframe);
+      EXPECT_EQ(keyframe->skipped, row.skipped);
+      EXPECT_EQ(row.key.sequence - row.skipped, next) << row.key.sequence;
+      next = row.key.sequence + 1;
+    }
+  }
+  int64_t pages() const { return static_cast<int64_t>(std::filesystem::file_size(path_)) / kDatabasePage; }
   std::string log_;
 };
 
@@ -209,13 +234,95 @@ TEST_F(DamagedOutbox, IsRescuedFromUnderWhoHadItOpen) {
   EXPECT_EQ(rescued->outbox.size(), 39u);
 }
 
-TEST_F(DamagedOutbox, AFileCutOffKeepsWhatCanBeRead) {
-  std::filesystem::resize_file(path_, std::filesystem::file_size(path_) / 2);
-  auto rescued = rescueOutbox(path_);
-  ASSERT_TRUE(rescued) << rescued.error().text;
-  // How much is luck; but what is there is whole.
-  for (const OutboxRow& row : rowsFrom(rescued->outbox)) EXPECT_TRUE(rescued->outbox.encoded(row.key));
-  EXPECT_TRUE(std::filesystem::exists(path_ + ".damaged-1"));
+// Wherever it is cut: each keyframe whose message stands before the cut is saved.
+TEST_F(DamagedOutbox, AFileCutOffKeepsAllThatIsBeforeTheCut) {
+  std::vector<int64_t> page_of;  // the last one of each message
+  for (uint32_t i = 0; i < 40; ++i) {
+    const auto message = messageOf(i);
+    page_of.push_back(pageOf(path_, std::span(message).last(40)));
+    ASSERT_GT(page_of.back(), 0) << i;
+  }
+  const std::string whole = folder_.file("whole");
+  std::filesystem::copy_file(path_, whole);
+  const int64_t all = pages();
+  for (const int64_t cut : {all / 2, all * 3 / 4, all - 1}) {
+    std::filesystem::copy_file(whole, path_, std::filesystem::copy_options::overwrite_existing);
+    std::filesystem::resize_file(path_, static_cast<uintmax_t>(cut * kDatabasePage));
+    auto outbox = reopen();
+    ASSERT_TRUE(outbox) << outbox.error().text;
+    std::vector<uint32_t> expected;
+    for (uint32_t i = 0; i < 40; ++i)
+      if (page_of[i] <= cut) expected.push_back(i);
+    ASSERT_GT(expected.size(), 5u);
+    ASSERT_LT(expected.size(), 40u);
+    EXPECT_EQ(wholeIn(*outbox), expected) << cut << " of " << all << " pages\n" << log_;
+    expectNoGapUntold(*outbox);
+    EXPECT_NE(log_.find("places in it could not be read"), std::string::npos) << log_;
+  }
+  EXPECT_TRUE(std::filesystem::exists(path_ + ".damaged-3"));
+}
+
+// Each page in turn: none takes more than the keyframes that are on it, which are three at most.
+TEST_F(DamagedOutbox, OneDamagedPageCostsWhatIsOnItAndNoMore) {
+  const std::string whole = folder_.file("whole");
+  std::filesystem::copy_file(path_, whole);
+  const int64_t messages = rootPageOf(path_, "messages");
+  size_t lost = 0;
+  for (int64_t page = 2; page <= pages(); ++page) {
+    if (page == messages) continue;  // the way to all of them
+    std::filesystem::copy_file(whole, path_, std::filesystem::copy_options::overwrite_existing);
+    wipePage(path_, page);
+    auto rescued = rescueOutbox(path_);
+    ASSERT_TRUE(rescued) << rescued.error().text;
+    const size_t saved = wholeIn(rescued->outbox).size();
+    EXPECT_GE(saved, 37u) << "page " << page << ": " << rescued->told;
+    expectNoGapUntold(rescued->outbox);
+    lost += 40 - saved;
+  }
+  EXPECT_GE(lost, 30u) << "most stand on a page of their own";
+}
+
+TEST_F(DamagedOutbox, WithoutItsNumbersItIsSavedAndBeginsAboveAll) {
+  wipePage(path_, rootPageOf(path_, "meta"));
+  auto outbox = reopen();
+  ASSERT_TRUE(outbox) << outbox.error().text;
+  EXPECT_EQ(wholeIn(*outbox).size(), 40u) << log_;
+  EXPECT_NE(log_.find("40 keyframes of it could be saved, 0 not"), std::string::npos) << log_;
+  EXPECT_GT(*outbox->beginSession(1), 6u);
+}
+
+TEST_F(DamagedOutbox, AFullDiskLeavesItWhereItWas) {
+  wipePage(path_, rootPageOf(path_, "meta"));
+  const auto before = std::filesystem::file_size(path_);
+  rlimit limit{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &limit), 0);
+  signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{static_cast<rlim_t>(before / 2), limit.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  const auto rescued = rescueOutbox(path_);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &limit), 0);
+  ASSERT_FALSE(rescued);
+  EXPECT_EQ(rescued.error().code, ErrorCode::kUnreachable);
+  EXPECT_NE(rescued.error().text.find("could not be written anew"), std::string::npos) << rescued.error().text;
+  EXPECT_EQ(std::filesystem::file_size(path_), before);
+  EXPECT_EQ(rescueOutbox(path_)->outbox.size(), 40u);
+}
+
+TEST_F(DamagedOutbox, AnotherRobotsIsRefusedAndOneWithoutANameIsTakenOver) {
+  std::filesystem::copy_file(path_, folder_.file("s.outbox"));
+  const auto refused = reopen("s");
+  ASSERT_FALSE(refused) << "its keyframes are robot r's, though it has no name yet";
+  EXPECT_EQ(refused.error().code, ErrorCode::kWrongUse);
+  EXPECT_NE(refused.error().text.find("is the outbox of robot 'r', this is robot 's'"), std::string::npos)
+      << refused.error().text;
+  ASSERT_TRUE(reopen("r"));
+  ASSERT_TRUE(reopen("r"));
+  {
+    auto outbox = Outbox::open(path_);
+    ASSERT_TRUE(outbox->acknowledge({"r", 5, 40, {}, 0, ""}));
+  }
+  std::filesystem::copy_file(path_, folder_.file("t.outbox"));
+  EXPECT_EQ(reopen("t").error().code, ErrorCode::kWrongUse) << "empty, and yet named";
 }
 
 TEST(OutboxPlace, ComesFromTheConfigurationOrTheEnvironment) {
@@ -236,7 +343,7 @@ TEST(OutboxPlace, AFolderThatCannotBeMadeIsToldWithWhatToDo) {
   std::ofstream(folder.file("file")) << "x";
   OutboxOptions options;
   options.directory = folder.file("file") + "/below";
-  const auto outbox = openOutbox(options, "a", [](const std::string&) {});
+  const auto outbox = openOutbox(options, "a", 1, [](const std::string&) {});
   ASSERT_FALSE(outbox);
   EXPECT_EQ(outbox.error().code, ErrorCode::kUnreachable);
   EXPECT_NE(outbox.error().text.find(options.directory), std::string::npos);

@@ -5,6 +5,7 @@
 
 #include "mapping_core/service/core_metrics.h"
 #include "protocol/codec/codec.h"
+#include "protocol/codec/message_checksum.h"
 #include "protocol/link/loopback_link.h"
 #include "tests/mapping_core/gpu/test_device.h"
 #include "tests/mapping_core/service/room_fleet.h"
@@ -64,6 +65,80 @@ TEST_F(Service, MissesAfterARestartWhoWasThereAndNotWhoHadEnded) {
   EXPECT_THAT(metrics, HasSubstr("comap_core_robots 0\n")) << "missed, not heard";
   second.hear("here", 2, true);
   EXPECT_THAT(second.metrics(), Not(HasSubstr("comap_core_robot_silent_seconds{robot=\"here\"}")));
+}
+
+// A robot's end of the wire.
+struct Robot {
+  explicit Robot(Core& core) : wire(core.hub.connect(LinkRole::kRobot, "a")) {
+    const uint64_t book = FernBook::standard(FernBook::kStandardSeed).hash();
+    EXPECT_TRUE(wire->publish(Topic::kHello, "a", *encodeHello({"a", 1, book, "x"})));
+  }
+  void send(std::span<const uint8_t> keyframe) { EXPECT_TRUE(wire->publish(Topic::kKeyframe, "a", keyframe)); }
+  Acknowledgement lastAnswer() {
+    Acknowledgement last;
+    while (auto delivery = wire->receive(milliseconds(0)))
+      if (delivery->topic == Topic::kAck) last = *decodeAcknowledgement(delivery->payload);
+    return last;
+  }
+  std::unique_ptr<Link> wire;
+};
+
+std::vector<uint8_t> encodedKeyframe(uint32_t sequence) {
+  Keyframe keyframe = roomKeyframe('a', static_cast<int>(sequence));
+  keyframe.id = {"a", 1, sequence};
+  keyframe.linked = false;
+  return *encodeKeyframe(keyframe);
+}
+
+TEST_F(Service, AKeyframeThatCannotBeReadIsRefusedToItsRobot) {
+  COMAP_DEVICE_OR_SKIP(device);
+  auto store = create();
+  ASSERT_TRUE(store);
+  Core core(device, *store);
+  Robot robot(core);
+  std::vector<uint8_t> other_major = encodedKeyframe(0), damaged = other_major;
+  ASSERT_EQ(other_major[1], kProtocolMajor);
+  other_major[1] = 2;
+  damaged.resize(damaged.size() - 100);
+  for (const auto& [message, reason] : {std::pair(other_major, "protocol major 2"), {damaged, "not a whole message"}}) {
+    robot.send(message);
+    ASSERT_TRUE(core.service.step(milliseconds(0)));
+    const Acknowledgement answer = robot.lastAnswer();
+    EXPECT_THAT(answer.refused, HasSubstr(reason));
+    EXPECT_EQ(answer.refused_checksum, messageChecksum(message));
+    EXPECT_EQ(answer.refusal, "") << "the robot itself is served";
+    EXPECT_EQ(answer.next_expected, 0u);
+  }
+  robot.send(encodedKeyframe(0));
+  ASSERT_TRUE(core.service.step(milliseconds(0)));
+  const Acknowledgement answer = robot.lastAnswer();
+  EXPECT_EQ(answer.refused, "");
+  EXPECT_EQ(answer.next_expected, 1u);
+}
+
+TEST_F(Service, WhatIsWrittenIntoADeletedStoreIsNotAcknowledged) {
+  COMAP_DEVICE_OR_SKIP(device);
+  auto store = create();
+  ASSERT_TRUE(store);
+  Core core(device, *store);
+  Robot robot(core);
+  robot.send(encodedKeyframe(0));
+  ASSERT_TRUE(core.service.step(milliseconds(0)));
+  EXPECT_EQ(robot.lastAnswer().next_expected, 1u);
+  const auto elsewhere = folder_ / "elsewhere";
+  std::filesystem::rename(path_, elsewhere);
+  robot.send(encodedKeyframe(1));
+  ASSERT_TRUE(core.service.step(milliseconds(0)));
+  EXPECT_EQ(robot.lastAnswer().next_expected, 0u) << "no answer";
+  EXPECT_THAT(core.metrics(), HasSubstr("comap_core_store_failing 1\n"));
+  const Telemetry::Report report = reportOf(core.service, "none", true);
+  EXPECT_FALSE(report.readiness.ready);
+  EXPECT_THAT(report.readiness.state, HasSubstr("was deleted or moved away while this core writes it"));
+  EXPECT_FALSE(core.service.finish({}));
+  std::filesystem::rename(elsewhere, path_);
+  robot.send(encodedKeyframe(1));
+  ASSERT_TRUE(core.service.step(milliseconds(0)));
+  EXPECT_EQ(robot.lastAnswer().next_expected, 2u) << "it is back";
 }
 
 TEST_F(Service, WhoIsForgottenIsNotMissed) {

@@ -16,6 +16,8 @@ Acknowledgement sample(samples::Random& random) {
   ack.next_expected = static_cast<uint32_t>(samples::uniform(random, 0, 100000));
   ack.mapped_below = static_cast<uint32_t>(samples::uniform(random, 0, 100000));
   if (samples::uniform(random, 0, 1) == 1) ack.refusal = "another fern book";
+  if (samples::uniform(random, 0, 1) == 1) ack.refused = "keyframe: protocol major 2, this build speaks 1";
+  ack.refused_checksum = static_cast<uint32_t>(random());
   uint32_t sequence = ack.next_expected;
   for (int n = samples::uniform(random, 0, 50); n > 0; --n) {
     sequence += static_cast<uint32_t>(samples::uniform(random, 1, 9));
@@ -37,7 +39,8 @@ TEST(AcknowledgementCodec, RoundTrip) {
     EXPECT_EQ(back->next_expected, ack.next_expected);
     EXPECT_EQ(back->also_held, ack.also_held);
     EXPECT_EQ(back->mapped_below, ack.mapped_below);
-    EXPECT_EQ(back->mapped_below, ack.mapped_below);
+    EXPECT_EQ(back->refused, ack.refused);
+    EXPECT_EQ(back->refused_checksum, ack.refused_checksum);
     EXPECT_EQ(back->refusal, ack.refusal);
   }
 }

@@ -18,7 +18,11 @@ Status sample(samples::Random& random) {
           number(),
           number(),
           number(),
-          samples::uniform(random, 0, 1) == 1};
+          samples::uniform(random, 0, 1) == 1,
+          random(),
+          number(),
+          number(),
+          number()};
 }
 
 TEST(StatusCodec, RoundTrip) {
@@ -38,6 +42,10 @@ TEST(StatusCodec, RoundTrip) {
     EXPECT_EQ(back->keyframes, status.keyframes);
     EXPECT_EQ(back->outbox, status.outbox);
     EXPECT_EQ(back->finished, status.finished);
+    EXPECT_EQ(back->outbox_bytes, status.outbox_bytes);
+    EXPECT_EQ(back->keyframes_thinned, status.keyframes_thinned);
+    EXPECT_EQ(back->keyframes_dropped, status.keyframes_dropped);
+    EXPECT_EQ(back->keyframes_refused, status.keyframes_refused);
   }
 }
 
