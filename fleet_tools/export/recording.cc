@@ -188,7 +188,7 @@ Result<size_t> writeEvents(Topics& topics, const MapStore& store, const std::map
     const auto level = merge.undone.empty() ? foxglove::Log::INFO : foxglove::Log::WARNING;
     if (auto told = tell(merge.voters.back(), level, text); !told) return told.error();
   }
-  const auto verdicts = store.verdicts({true, "", "", false});
+  const auto verdicts = store.verdicts({true, "", ""});
   if (!verdicts) return verdicts.error();
   for (const MatchVerdict& verdict : *verdicts) {
     if (verdict.query.robot == verdict.candidate.robot) continue;

@@ -72,9 +72,8 @@ void print(const StoreGlance& glance) {
               glance.damage.empty() ? "no damage seen" : "damaged", glance.keyframes, glance.edges, glance.verdicts,
               glance.merges, glance.tiles);
   std::printf(
-      "looked at: every keyframe, pose and merge, what edges and verdicts name, %zu of the pictures, %zu of "
-      "the tiles\nnot read: the other pictures and tiles, the numbers of edges and verdicts; 'fleet doctor "
-      "--full %s' reads all %s\n",
+      "looked at: every row, held against its checksum, %zu of the pictures, %zu of the tiles\n"
+      "not read: the other pictures and tiles; 'fleet doctor --full %s' reads all %s\n",
       glance.pictures_read, glance.tiles_read, printable(glance.path).c_str(),
       humanBytes(static_cast<double>(glance.bytes)).c_str());
   printFound(glance.path, glance.remarks, glance.damage);
@@ -107,10 +106,10 @@ int run(const DoctorArguments& arguments) {
 void addDoctorVerb(CLI::App& app, int& exit_code) {
   auto* verb = app.add_subcommand("doctor", "Whether a store is whole, and what is damaged if it is not");
   verb->footer(
-      "A store of up to 64 MB is read whole: every page and row, checksums, whether keyframes can be read, edges to\n"
-      "keyframes that are not there. Of a larger one, all that can be told in a second or two, and some of the\n"
-      "pictures; what was not read is said, and --full reads it. Exit code 1 if there is damage. Gaps in a robot's\n"
-      "sequences are remarked; they may be still to come.\n"
+      "A store of up to 64 MB is read whole: every page and row, each row held against its checksum, whether\n"
+      "keyframes can be read, edges to keyframes that are not there. Of a larger one, every row, and some of the\n"
+      "pictures and tiles; what was not read is said, and --full reads it. Exit code 1 if there is damage. Gaps in a\n"
+      "robot's sequences are remarked; they may be still to come.\n"
       "Example: fleet doctor run/map.comap");
   auto arguments = std::make_shared<DoctorArguments>();
   verb->add_option("STORE", arguments->store, "Map store")->required();

@@ -13,7 +13,7 @@ namespace {
 int run(const StoreChange& change) {
   const auto config = configOf(change);
   if (!config) return failWith(config.error());
-  auto store = MapStore::open(change.store, MapStore::Mode::kOpen);
+  auto store = openToChange(change.store);
   if (!store) return failWith(store.error());
   const auto complete = store->meta("complete");
   if (!complete) return failWith(complete.error());

@@ -17,7 +17,7 @@ struct ForgetOptions {
 int run(const ForgetOptions& options) {
   const auto config = configOf(options.change);
   if (!config) return failWith(config.error());
-  auto store = MapStore::open(options.change.store, MapStore::Mode::kOpen);
+  auto store = openToChange(options.change.store);
   if (!store) return failWith(store.error());
   const auto removed = store->removeRobot(options.robot);
   if (!removed) return failWith({removed.error().code, options.change.store + ": " + removed.error().text});

@@ -9,6 +9,7 @@
 #include "fleet_tools/store/record_json.h"
 #include "mapping_core/store/map_store.h"
 #include "mapping_core/store/schema.h"
+#include "mapping_core/store/store_log.h"
 
 namespace comap {
 namespace {
@@ -27,6 +28,7 @@ struct MapInfo {
 
 struct StoreInfo {
   std::string path, version;
+  std::string log_end;       ///< what is wrong with the end of its log
   bool complete = false;     ///< the core that wrote it has ended in order: poses and tiles are final
   bool compact_due = false;  ///< not yet written anew without what was forgotten
   uintmax_t bytes_on_disk = 0;
@@ -88,6 +90,8 @@ Result<StoreInfo> gather(const std::string& path) {
   StoreInfo info;
   info.path = path;
   info.bytes_on_disk = bytesOnDisk(path);
+  const LogEnd log_end = lookAtLog(path);
+  info.log_end = log_end.damage + log_end.remark;
   const auto version = store->meta("version");
   if (!version) return version.error();
   info.version = *version;
@@ -141,6 +145,7 @@ nlohmann::json jsonOf(const StoreInfo& info) {
           {"schema_version", kStoreVersion},
           {"complete", info.complete},
           {"compact_due", info.compact_due},
+          {"log_end", info.log_end.empty() ? nlohmann::json() : nlohmann::json(info.log_end)},
           {"version", info.version.empty() ? nlohmann::json() : nlohmann::json(info.version)},
           {"keyframes", info.keyframes},
           {"keyframes_without_pose", info.keyframes_without_pose},
@@ -176,6 +181,7 @@ void print(const StoreInfo& info) {
     std::printf(
         "INCOMPLETE: the core is still writing or was cut off; poses and tiles are not the final ones\n"
         "('fleet finish', or a core that ends in order, completes them)\n");
+  if (!info.log_end.empty()) std::printf("%s\n", printable(info.log_end).c_str());
   if (info.compact_due)
     std::printf("what was forgotten is overwritten; 'fleet finish' writes the file anew without it\n");
   std::printf("edges: %zu odometry, %zu loop, %zu inter-robot, %zu covisibility\n\n", info.edges[0], info.edges[1],

@@ -102,7 +102,7 @@ int run(const MatchesOptions& options) {
       return failWith({ErrorCode::kWrongUse,
                        options.store + ": holds no robot '" + printable(options.robot) + "', but " + listed(*robots)});
   }
-  VerdictFilter filter{std::nullopt, options.reason, options.robot, false};
+  VerdictFilter filter{std::nullopt, options.reason, options.robot};
   if (options.refused) filter.accepted = false;
   const auto counts = store->verdictCounts(options.robot);
   if (!counts) return failWith(counts.error());

@@ -41,7 +41,7 @@ Result<MergeDecision> decide(const SplitOptions& options, const CoreConfig& conf
 int run(const SplitOptions& options) {
   const auto config = configOf(options.change);
   if (!config) return failWith(config.error());
-  auto store = MapStore::open(options.change.store, MapStore::Mode::kOpen);
+  auto store = openToChange(options.change.store);
   if (!store) return failWith(store.error());
   const auto decision = decide(options, *config, *store);
   if (!decision) return failWith({decision.error().code, options.change.store + ": " + decision.error().text});

@@ -11,6 +11,7 @@
 #include "fleet_tools/command_line/text_table.h"
 #include "fleet_tools/store/record_json.h"
 #include "mapping_core/service/map_finish.h"
+#include "mapping_core/store/store_log.h"
 #include "mapping_core/tiles/tile_builder.h"
 
 namespace comap {
@@ -63,6 +64,14 @@ void addStoreChangeOptions(CLI::App& verb, StoreChange& change) {
 
 Result<CoreConfig> configOf(const StoreChange& change) {
   return change.config.empty() ? Result<CoreConfig>(CoreConfig()) : readCoreConfig(change.config);
+}
+
+Result<MapStore> openToChange(const std::string& path) {
+  const LogEnd log_end = lookAtLog(path);
+  auto store = MapStore::open(path, MapStore::Mode::kOpen);
+  const std::string text = log_end.damage + log_end.remark;
+  if (store && !text.empty()) std::fprintf(stderr, "fleet: %s: %s\n", path.c_str(), text.c_str());
+  return store;
 }
 
 Result<nlohmann::json> computeMaps(const StoreChange& change, const CoreConfig& config, MapStore& store) {

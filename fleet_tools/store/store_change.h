@@ -24,6 +24,9 @@ void addStoreChangeOptions(CLI::App& verb, StoreChange& change);
 /// The core's configuration that was given, or the default one.
 Result<CoreConfig> configOf(const StoreChange& change);
 
+/// Opens a store at rest, and says on stderr what is wrong with the end of its log, which is then begun anew.
+Result<MapStore> openToChange(const std::string& path);
+
 /// Computes what the store's records say, with progress on a terminal: votes that wait are judged, poses and surfels
 /// made anew and written with their tiles. Returns {"maps": [{"id", "robots", "keyframes", "hash"}], "merges": [...]},
 /// the merges that waiting votes made. What fails or is interrupted leaves the records as they are, marked incomplete.

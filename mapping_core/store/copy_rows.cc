@@ -31,6 +31,17 @@ Result<std::string> columnsOf(Database& to, const std::string& table) {
   return query->text();
 }
 
+// Where the damaged store is of an older schema, its tables are looked at through views.
+const std::string kOlder = "temp.damaged_";
+
+Result<bool> hasView(Database& to, const std::string& table) {
+  auto query = to.query("SELECT count(*) FROM temp.sqlite_schema WHERE name = ?");
+  if (!query) return query.error();
+  const auto row = query->bind("damaged_" + table).step();
+  if (!row) return row.error();
+  return query->integer() > 0;
+}
+
 Result<bool> declaredAlike(Database& to, const std::string& name) {
   auto query =
       to.query("SELECT count(*) FROM main.sqlite_schema JOIN damaged.sqlite_schema USING (name, sql) WHERE name = ?");
@@ -73,8 +84,11 @@ Result<void> copyTable(Database& to, const Source& source) {
   }
   const auto columns = columnsOf(to, source.table);
   if (!columns) return columns.error();
+  const auto older = hasView(to, source.table);
+  if (!older) return older.error();
+  const std::string from = (*older ? kOlder : "damaged.") + source.table;
   const std::string copy = "INSERT OR IGNORE INTO main." + source.table + " (" + *columns + ") SELECT " + *columns +
-                           " FROM damaged." + source.table + " WHERE " + source.number;
+                           " FROM " + from + " WHERE " + source.number;
   const std::string many = copy + " BETWEEN ? AND ?" + source.further, one = copy + " = ?" + source.further;
   for (const KeptRows::Run& run : source.kept.runs()) {
     const auto copied = copySome(to, many, {run.first, run.last});
@@ -226,6 +240,7 @@ Result<void> copyWholeRows(const StoreSurvey& survey, const std::string& path, b
     if (auto created = createSchema(*to); !created) return created;
   if (copied || !cutOffText(survey.path).empty()) to->bearDamage();
   if (auto attached = to->attachReading(survey.path, "damaged"); !attached) return attached;
+  if (auto shown = showAsNewest(*to, "damaged", kOlder); !shown) return shown.error();
   if (!copied)
     if (auto made = makeSameIndexes(*to); !made) return made;
   return copyTables(*to, survey, copied);

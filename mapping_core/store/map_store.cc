@@ -9,6 +9,7 @@
 #include "mapping_core/store/map_store_state.h"
 #include "mapping_core/store/schema.h"
 #include "mapping_core/store/store_lock.h"
+#include "mapping_core/store/table_rows.h"
 
 namespace comap {
 namespace {
@@ -86,7 +87,7 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
   if (mode == Mode::kReadOnly) {
     return MapStore(std::make_unique<State>(std::move(*database), std::move(lock)));
   }
-  for (const char* pragma : {"PRAGMA journal_mode = WAL", kWaitForDisk, "PRAGMA foreign_keys = ON"}) {
+  for (const char* pragma : {"PRAGMA journal_mode = WAL", kWaitForDisk}) {
     if (Result<void> set = database->execute(pragma); !set) return set.error();
   }
   if (!*ours) {
@@ -95,6 +96,7 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
     return migrated.error();
   }
   if (Result<void> indexed = createIndexes(*database); !indexed) return indexed.error();
+  if (Result<void> set = database->execute("PRAGMA foreign_keys = ON"); !set) return set.error();
   // Who opens a store at rest changes much of it at once: every page that is touched is read and written once.
   if (mode == Mode::kOpen)
     if (Result<void> set = database->execute("PRAGMA cache_size = -262144"); !set) return set.error();
@@ -158,7 +160,9 @@ Result<bool> MapStore::addKeyframe(const KeyframeId& id, int64_t stamp_ns, std::
 
 Result<std::vector<StoredKeyframe>> MapStore::keyframes() const {
   Result<Query> query = state_->database.query(
-      "SELECT robot, session, sequence, stamp_ns, arrival, bytes, map, qx, qy, qz, qw, tx, ty, tz "
+      "SELECT robot, session, sequence, stamp_ns, arrival, bytes, map, " COMAP_POSE_COLUMNS ", "
+      "iif(poses.keyframe IS NULL OR poses." COMAP_IS_SOUND(COMAP_POSE_ROW) ", -1, arrival), "
+      "iif(keyframes." COMAP_IS_SOUND(COMAP_KEYFRAME_ROW) ", -1, arrival) "
       "FROM keyframes LEFT JOIN poses ON keyframe = arrival ORDER BY arrival");
   if (!query) return query.error();
   std::vector<StoredKeyframe> result;
@@ -172,7 +176,10 @@ Result<std::vector<StoredKeyframe>> MapStore::keyframes() const {
     keyframe.arrival = query->unsigned32();
     keyframe.bytes = query->unsigned32();
     keyframe.map = query->text();
-    if (!keyframe.map.empty()) keyframe.T_map_cam = query->pose();
+    const Pose T_map_cam = query->pose();
+    if (!keyframe.map.empty()) keyframe.T_map_cam = T_map_cam;
+    query->checked("pose of keyframe");
+    query->checked("row of keyframe");
     result.push_back(std::move(keyframe));
   }
 }
@@ -217,7 +224,8 @@ Result<void> MapStore::setPoses(const MapId& map, const std::map<KeyframeId, Pos
 }
 
 Result<std::vector<std::string>> MapStore::robots() const {
-  Result<Query> query = state_->database.query("SELECT name FROM robots ORDER BY bit");
+  Result<Query> query =
+      state_->database.query("SELECT name, " COMAP_SOUND_OR("bit", COMAP_ROBOT_ROW) " FROM robots ORDER BY bit");
   if (!query) return query.error();
   std::vector<std::string> result;
   for (;;) {
@@ -225,6 +233,7 @@ Result<std::vector<std::string>> MapStore::robots() const {
     if (!row) return row.error();
     if (!*row) return result;
     result.push_back(query->text());
+    query->checked("robot");
   }
 }
 
@@ -268,11 +277,16 @@ Result<void> MapStore::setMeta(const std::string& key, const std::string& value)
 }
 
 Result<std::string> MapStore::meta(const std::string& key) const {
-  Result<Query> query = state_->database.query("SELECT value FROM meta WHERE key = ?");
+  Result<Query> query =
+      state_->database.query("SELECT value, " COMAP_IS_SOUND(COMAP_META_ROW) " FROM meta WHERE key = ?");
   if (!query) return query.error();
   const Result<bool> row = query->bind(key).step();
   if (!row) return row.error();
-  return *row ? query->text() : std::string();
+  if (!*row) return std::string();
+  const std::string value = query->text();
+  if (query->integer() == 1) return value;
+  return Error{ErrorCode::kBadData,
+               state_->database.path() + ": meta '" + key + "' is damaged: its checksum is not that of its value"};
 }
 
 }  // namespace comap

@@ -38,9 +38,8 @@ struct WithdrawnEdge {
 /// Which verdicts are wanted.
 struct VerdictFilter {
   std::optional<bool> accepted;
-  std::string reason;       ///< empty: any
-  std::string robot;        ///< of query or candidate; empty: any
-  bool information = true;  ///< false: it stays zero, and the rows are read in half the time
+  std::string reason;  ///< empty: any
+  std::string robot;   ///< of query or candidate; empty: any
 };
 
 /// When what a transaction has written survives also a loss of power; the end of the process it survives at once.
@@ -61,6 +60,7 @@ class StoreTransaction {
   class Database* hasty_ = nullptr;
 };
 
+/// A row that is read whole is held against its checksum; one that does not fit is kBadData, by its name.
 /// Thread rule: one thread at a time.
 class MapStore {
  public:

@@ -3,14 +3,11 @@
 #include <numeric>
 
 #include "mapping_core/store/map_store_state.h"
+#include "mapping_core/store/packed_numbers.h"
 #include "mapping_core/store/record_rows.h"
 
 namespace comap {
 namespace {
-
-#define COMAP_7 "?, ?, ?, ?, ?, ?, ?"
-#define COMAP_36 \
-  "?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?"
 
 Result<std::vector<WithdrawnEdge>> readEdges(Database& database, const char* sql) {
   Result<Query> query = database.query(sql);
@@ -95,29 +92,14 @@ Result<void> addMergeLists(Database& database, const MergeRecord& merge) {
 
 Result<void> MapStore::addEdge(const Edge& edge) {
   // A later estimate of the same tie replaces the earlier one, in its place.
-  static const std::string kSql = [] {
-    std::string sql = "INSERT INTO edges (" COMAP_EDGE_COLUMNS ") VALUES (" COMAP_7 ", " COMAP_7 ", " COMAP_36
-                      ", ?, 0) ON CONFLICT (kind, from_robot, from_session, from_sequence, to_robot, to_session, "
-                      "to_sequence) DO UPDATE SET ";
-    const std::string columns = COMAP_POSE_COLUMNS ", " COMAP_INFORMATION_COLUMNS ", merge, withdrawn_by, ";
-    for (size_t at = 0; at < columns.size();) {
-      const size_t end = columns.find(", ", at);
-      const std::string name = columns.substr(at, end - at);
-      if (at > 0) sql.append(", ");
-      sql.append(name).append(" = excluded.").append(name);
-      at = end + 2;
-    }
-    return sql;
-  }();
-  Result<Query> query = state_->database.query(kSql.c_str());
+  Result<Query> query = state_->database.query("INSERT INTO edges (" COMAP_TIE_COLUMNS
+                                               ", numbers, merge, withdrawn_by) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, 0) "
+                                               "ON CONFLICT (" COMAP_TIE_COLUMNS
+                                               ") DO UPDATE SET numbers = excluded.numbers, merge = excluded.merge, "
+                                               "withdrawn_by = 0");
   if (!query) return query.error();
-  return query->bind(kindName(edge.kind))
-      .bind(edge.from)
-      .bind(edge.to)
-      .bind(edge.T_from_to)
-      .bind(edge.information)
-      .bind(int64_t{edge.merge})
-      .run();
+  const std::vector<uint8_t> numbers = packNumbers(edge.T_from_to, edge.information);
+  return query->bind(kindName(edge.kind)).bind(edge.from).bind(edge.to).bind(numbers).bind(int64_t{edge.merge}).run();
 }
 
 Result<std::vector<Edge>> MapStore::edges() const {
@@ -232,16 +214,17 @@ Result<std::vector<Edge>> MapStore::restoreEdges(uint32_t merge) {
 }
 
 Result<void> MapStore::addVerdict(const MatchVerdict& v) {
-  Result<Query> query = state_->database.query(
-      "INSERT INTO verdicts (" COMAP_VERDICT_COLUMNS
-      ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, " COMAP_7 ", " COMAP_36 ")");
+  Result<Query> query =
+      state_->database.query("INSERT INTO verdicts (" COMAP_JUDGEMENT_COLUMNS ", " COMAP_SCORE_COLUMNS
+                             ", numbers) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   if (!query) return query.error();
   query->bind(v.query).bind(v.candidate).bind(int64_t{v.accepted}).bind(v.reason);
   for (const double value : {v.fern_dissimilarity, v.inlier_ratio, v.rms_sigma, v.degeneracy, v.photometric_median,
                              v.seen_through, v.unlike, v.features, v.round_trip_m, v.round_trip_rad}) {
     query->bind(value);
   }
-  return query->bind(v.T_candidate_query).bind(v.information).run();
+  const std::vector<uint8_t> numbers = packNumbers(v.T_candidate_query, v.information);
+  return query->bind(numbers).run();
 }
 
 Result<void> MapStore::eachVerdict(const VerdictFilter& filter,
@@ -253,14 +236,9 @@ Result<void> MapStore::eachVerdict(const VerdictFilter& filter,
 #define COMAP_FROM_VERDICTS_OF_REASON                                                       \
   " FROM verdicts WHERE accepted BETWEEN ?1 AND ?2 AND accepted IN (0, 1) AND reason = ?3 " \
   "AND (?4 = '' OR query_robot = ?4 OR candidate_robot = ?4) ORDER BY number"
-  const char* sql = nullptr;
-  if (filter.information)
-    sql = filter.reason.empty() ? "SELECT " COMAP_VERDICT_COLUMNS COMAP_FROM_VERDICTS
-                                : "SELECT " COMAP_VERDICT_COLUMNS COMAP_FROM_VERDICTS_OF_REASON;
-  else
-    sql = filter.reason.empty() ? "SELECT " COMAP_JUDGED_COLUMNS COMAP_FROM_VERDICTS
-                                : "SELECT " COMAP_JUDGED_COLUMNS COMAP_FROM_VERDICTS_OF_REASON;
-  Result<Query> query = state_->database.query(sql);
+  Result<Query> query =
+      state_->database.query(filter.reason.empty() ? "SELECT " COMAP_VERDICT_COLUMNS COMAP_FROM_VERDICTS
+                                                   : "SELECT " COMAP_VERDICT_COLUMNS COMAP_FROM_VERDICTS_OF_REASON);
   if (!query) return query.error();
   const int64_t first = filter.accepted.value_or(false) ? 1 : 0, last = filter.accepted.value_or(true) ? 1 : 0;
   query->bind(first).bind(last).bind(filter.reason).bind(filter.robot);
@@ -268,7 +246,9 @@ Result<void> MapStore::eachVerdict(const VerdictFilter& filter,
     const Result<bool> row = query->step();
     if (!row) return row.error();
     if (!*row) return {};
-    take(filter.information ? verdictOf(*query) : verdictWithoutInformation(*query));
+    MatchVerdict verdict = verdictOf(*query);
+    if (auto values = query->values(); !values) return values;
+    take(std::move(verdict));
   }
 }
 
@@ -306,7 +286,7 @@ Result<void> MapStore::addMerge(const MergeRecord& merge) {
   if (Result<void> ran = remove->bind(int64_t{merge.number}).run(); !ran) return ran;
   Result<Query> query =
       database.query("INSERT INTO merges (number, kept, absorbed, " COMAP_POSE_COLUMNS
-                     ", keyframes_ingested, undone, undone_by) VALUES (?, ?, ?, " COMAP_7 ", ?, ?, ?)");
+                     ", keyframes_ingested, undone, undone_by) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   if (!query) return query.error();
   query->bind(int64_t{merge.number}).bind(merge.kept).bind(merge.absorbed).bind(merge.T_kept_absorbed);
   query->bind(int64_t{merge.keyframes_ingested})
@@ -326,6 +306,7 @@ Result<std::vector<MergeRecord>> MapStore::merges() const {
     if (!row) return row.error();
     if (!*row) return result;
     MergeRecord merge = mergeOf(*query);
+    if (auto values = query->values(); !values) return values.error();
     if (Result<void> lists = readMergeLists(state_->database, merge); !lists) return lists.error();
     result.push_back(std::move(merge));
   }

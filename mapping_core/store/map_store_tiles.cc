@@ -1,5 +1,6 @@
 // Tiles: derived, replaced as a whole.
 #include "mapping_core/store/map_store_state.h"
+#include "mapping_core/store/table_rows.h"
 #include "mapping_core/store/tile_bytes.h"
 
 namespace comap {
@@ -27,8 +28,8 @@ Result<void> MapStore::setTiles(std::span<const Tile> tiles) {
 }
 
 Result<std::vector<Tile>> MapStore::tiles(const MapId& map) const {
-  Result<Query> query = state_->database.query(
-      "SELECT map, x, y, z, revision, surfels, zstd FROM tiles WHERE ?1 = '' OR map = ?1 ORDER BY map, x, y, z");
+  Result<Query> query = state_->database.query("SELECT map, x, y, z, revision, surfels, zstd, " COMAP_SOUND_OR(
+      "number", COMAP_TILE_ROW) " FROM tiles WHERE ?1 = '' OR map = ?1 ORDER BY map, x, y, z");
   if (!query) return query.error();
   query->bind(map);
   std::vector<Tile> result;
@@ -58,6 +59,7 @@ Result<std::vector<Tile>> MapStore::tiles(const MapId& map) const {
                                              std::to_string(tile.key.z) + "): " + surfels.error().text};
     }
     tile.surfels = std::move(*surfels);
+    query->checked("tile");
     result.push_back(std::move(tile));
   }
 }

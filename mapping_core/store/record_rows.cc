@@ -2,10 +2,19 @@
 
 #include <array>
 
+#include "mapping_core/store/packed_numbers.h"
+
 namespace comap {
 namespace {
 
 constexpr std::array<const char*, kEdgeKinds> kKindNames = {"odometry", "loop", "inter_robot", "covisibility"};
+
+PackedNumbers numbersOf(Query& query) {
+  std::string wrong;
+  const auto numbers = unpackNumbers(query.bytes(), wrong);
+  if (!numbers) query.damaged(wrong);
+  return numbers.value_or(PackedNumbers());
+}
 
 }  // namespace
 
@@ -26,20 +35,16 @@ Result<WithdrawnEdge> edgeOf(Query& query, const std::string& path) {
   one.edge.kind = *kind;
   one.edge.from = query.keyframeId();
   one.edge.to = query.keyframeId();
-  one.edge.T_from_to = query.pose();
-  one.edge.information = query.matrix();
   one.edge.merge = query.unsigned32();
   one.withdrawn_by = query.unsigned32();
+  const PackedNumbers numbers = numbersOf(query);
+  one.edge.T_from_to = numbers.pose;
+  one.edge.information = numbers.information;
+  query.checked("edge");
   return one;
 }
 
 MatchVerdict verdictOf(Query& query) {
-  MatchVerdict v = verdictWithoutInformation(query);
-  v.information = query.matrix();
-  return v;
-}
-
-MatchVerdict verdictWithoutInformation(Query& query) {
   MatchVerdict v;
   v.query = query.keyframeId();
   v.candidate = query.keyframeId();
@@ -49,7 +54,10 @@ MatchVerdict verdictWithoutInformation(Query& query) {
                         &v.seen_through, &v.unlike, &v.features, &v.round_trip_m, &v.round_trip_rad}) {
     *value = query.real();
   }
-  v.T_candidate_query = query.pose();
+  const PackedNumbers numbers = numbersOf(query);
+  v.T_candidate_query = numbers.pose;
+  v.information = numbers.information;
+  query.checked("verdict");
   return v;
 }
 
@@ -61,11 +69,14 @@ MergeRecord mergeOf(Query& query) {
   merge.keyframes_ingested = query.unsigned32();
   merge.undone = query.text();
   merge.T_kept_absorbed = query.pose();
+  query.checked("merge");
   return merge;
 }
 
 Result<void> readMergeLists(Database& database, MergeRecord& merge) {
-  Result<Query> robots = database.query("SELECT robot FROM merge_robots WHERE merge = ? ORDER BY position");
+  Result<Query> robots = database.query("SELECT robot, " COMAP_SOUND_OR(
+      "merge", COMAP_MERGE_ROBOT_ROW) " FROM merge_robots WHERE merge = ? "
+                                      "ORDER BY position");
   if (!robots) return robots.error();
   robots->bind(int64_t{merge.number});
   for (;;) {
@@ -73,9 +84,11 @@ Result<void> readMergeLists(Database& database, MergeRecord& merge) {
     if (!row) return row.error();
     if (!*row) break;
     merge.robots.push_back(robots->text());
+    robots->checked("a robot of merge");
   }
-  Result<Query> voters =
-      database.query("SELECT robot, session, sequence FROM merge_voters WHERE merge = ? ORDER BY position");
+  Result<Query> voters = database.query("SELECT robot, session, sequence, " COMAP_SOUND_OR(
+      "merge", COMAP_MERGE_VOTER_ROW) " FROM merge_voters "
+                                      "WHERE merge = ? ORDER BY position");
   if (!voters) return voters.error();
   voters->bind(int64_t{merge.number});
   for (;;) {
@@ -83,6 +96,7 @@ Result<void> readMergeLists(Database& database, MergeRecord& merge) {
     if (!row) return row.error();
     if (!*row) return {};
     merge.voters.push_back(voters->keyframeId());
+    voters->checked("a voter of merge");
   }
 }
 

@@ -8,8 +8,8 @@
 namespace comap {
 
 inline constexpr int64_t kStoreApplicationId = 0x436f4d61;  ///< "CoMa" in the file's header
-inline constexpr int64_t kStoreVersion = 3;                 ///< user_version in the file's header
-inline constexpr int64_t kFirstStoreVersion = 3;            ///< of the first release; older ones are not read
+inline constexpr int64_t kStoreVersion = 4;                 ///< user_version in the file's header
+inline constexpr int64_t kFirstStoreVersion = 3;            ///< older ones are not read
 
 /// Makes the tables in an empty database, all or none.
 Result<void> createSchema(Database& database);
@@ -17,12 +17,17 @@ Result<void> createSchema(Database& database);
 /// Makes those indexes that are missing: for speed alone, no part of the version. Stores of earlier releases have none
 /// until a program opens them to write.
 Result<void> createIndexes(Database& database);
-/// Their names.
+/// The words that declare a table, or an index that is part of the version.
+std::string tableWords(const std::string& name);
+/// Names of those for speed.
 std::span<const char* const> indexNames();
 
 /// kBadData, with what was found and expected, if it is another application's database or of a version that this
 /// program cannot read. Returns false if the database is empty.
 Result<bool> checkSchema(Database& database);
+
+/// Whether each table is there, and declared word by word as this program does it; there may be more.
+Result<bool> declaresTables(Database& database);
 
 /// Whether tables and indexes are this program's, word by word, and nothing else is there; indexes for speed may be
 /// missing.
@@ -35,10 +40,11 @@ struct Migration {
 };
 
 /// Brings a store of an older release to version `to`, all steps or none; one that is there already is left alone.
-/// kBadData if a step is missing. Only for databases that checkSchema knows, opened to be written.
+/// kBadData if a step is missing. Only for databases that checkSchema knows, opened to be written. Foreign keys
+/// are not looked at afterwards, unless that is switched on again.
 Result<void> migrateSchema(Database& database, std::span<const Migration> steps, int64_t to = kStoreVersion);
 
-/// Those of this program: a line for each version after the first release.
+/// Those of this program: a line for each version after the first one.
 std::span<const Migration> storeMigrations();
 
 }  // namespace comap

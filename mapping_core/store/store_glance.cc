@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <future>
 #include <set>
 
 #include "mapping_core/store/keyframe_runs.h"
 #include "mapping_core/store/schema.h"
 #include "mapping_core/store/survey_keyframes.h"
 #include "mapping_core/store/survey_rows.h"
+#include "mapping_core/store/table_rows.h"
 #include "mapping_core/store/tile_bytes.h"
 
 namespace comap {
@@ -35,9 +37,10 @@ class Told {
 
 // Tables whose rows are few or small; SQLite walks their trees and looks at every value.
 void checkSmallTables(Database& database, std::vector<std::string>& damage) {
-  for (const char* sql : {"PRAGMA quick_check(meta)", "PRAGMA quick_check(robots)", "PRAGMA quick_check(keyframes)",
-                          "PRAGMA quick_check(poses)", "PRAGMA quick_check(merges)", "PRAGMA quick_check(merge_robots)",
-                          "PRAGMA quick_check(merge_voters)"}) {
+  for (const char* sql :
+       {"PRAGMA main.quick_check(meta)", "PRAGMA main.quick_check(robots)", "PRAGMA main.quick_check(keyframes)",
+        "PRAGMA main.quick_check(poses)", "PRAGMA main.quick_check(merges)", "PRAGMA main.quick_check(merge_robots)",
+        "PRAGMA main.quick_check(merge_voters)"}) {
     auto query = database.query(sql);
     if (!query) {
       damage.push_back(query.error().text);
@@ -53,6 +56,26 @@ void checkSmallTables(Database& database, std::vector<std::string>& damage) {
   }
 }
 
+struct SumCheck {
+  const char* what;
+  const char* sql;  // yields the number, or the name, of each row that does not fit its checksum
+};
+#define COMAP_UNSOUND(what, table, number, row) \
+  SumCheck { what, "SELECT " number " FROM " table " WHERE checksum IS NOT row_sum(" row ")" }
+constexpr SumCheck kSmall[] = {
+    COMAP_UNSOUND("setting", "meta", "key", COMAP_META_ROW),
+    COMAP_UNSOUND("robot", "robots", "name", COMAP_ROBOT_ROW),
+    COMAP_UNSOUND("row of keyframe", "keyframes", "arrival", COMAP_KEYFRAME_ROW),
+    COMAP_UNSOUND("pose of keyframe", "poses", "keyframe", COMAP_POSE_ROW),
+    COMAP_UNSOUND("merge", "merges", "number", COMAP_MERGE_ROW),
+    COMAP_UNSOUND("a robot of merge", "merge_robots", "merge", COMAP_MERGE_ROBOT_ROW),
+    COMAP_UNSOUND("a voter of merge", "merge_voters", "merge", COMAP_MERGE_VOTER_ROW),
+};
+constexpr SumCheck kLarge[] = {
+    COMAP_UNSOUND("edge", "edges", "number", COMAP_EDGE_ROW),
+    COMAP_UNSOUND("verdict", "verdicts", "number", COMAP_VERDICT_ROW),
+};
+
 // Goes through the rows of a statement; what keeps it from the end is damage.
 size_t eachRow(Database& database, const char* what, const char* sql, std::vector<std::string>& damage,
                const std::function<void(Query&)>& look) {
@@ -62,6 +85,23 @@ size_t eachRow(Database& database, const char* what, const char* sql, std::vecto
   for (; row && *row; row = query->step(), ++rows) look(*query);
   if (!row) damage.push_back(std::string(what) + ": " + row.error().text);
   return rows;
+}
+
+void checkSums(Database& database, std::span<const SumCheck> checks, std::vector<std::string>& damage) {
+  for (const SumCheck& check : checks) {
+    Told unsound("of the same kind", damage);
+    eachRow(database, check.what, check.sql, damage,
+            [&](Query& row) { unsound.add(std::string(check.what) + " " + row.text() + ": " + kUnsound); });
+  }
+}
+
+// On a connection of its own, beside the rest: a row and its checksum are of one moment in any case.
+std::vector<std::string> checkLargeTables(const std::string& path) {
+  std::vector<std::string> damage;
+  auto database = openDamaged(path);
+  if (!database) return {database.error().text};
+  checkSums(*database, kLarge, damage);
+  return damage;
 }
 
 void lookAtKeyframes(Database& database, StoreGlance& glance, KeyframeRuns& known, std::vector<int64_t>& numbers) {
@@ -123,12 +163,12 @@ void readSomePictures(Database& database, const std::vector<int64_t>& numbers, S
 void readSomeTiles(Database& database, size_t most, StoreGlance& glance) {
   std::vector<int64_t> numbers;
   // By an index of its own: the rows hold the surfels.
-  eachRow(database, "tiles", "SELECT number FROM tiles INDEXED BY sqlite_autoindex_tiles_1", glance.damage,
+  eachRow(database, "tiles", "SELECT number FROM main.tiles INDEXED BY sqlite_autoindex_tiles_1", glance.damage,
           [&](Query& row) { numbers.push_back(row.integer()); });
   glance.tiles = numbers.size();
   std::sort(numbers.begin(), numbers.end());
   for (const int64_t number : spread(numbers, most)) {
-    auto query = database.query("SELECT surfels, zstd FROM tiles WHERE number = ?");
+    auto query = database.query("SELECT surfels, zstd, " COMAP_IS_SOUND(COMAP_TILE_ROW) " FROM tiles WHERE number = ?");
     const auto row = query ? query->bind(number).step() : Result<bool>(query.error());
     Result<void> whole;
     if (!row) {
@@ -136,6 +176,7 @@ void readSomeTiles(Database& database, size_t most, StoreGlance& glance) {
     } else if (*row) {
       const int64_t count = query->integer();
       if (const auto surfels = decompressSurfels(query->bytes(), count); !surfels) whole = surfels.error();
+      if (query->integer() != 1) whole = Error{ErrorCode::kBadData, kUnsound};
     }
     if (!whole) glance.damage.push_back("tile " + std::to_string(number) + ": " + whole.error().text);
     ++glance.tiles_read;
@@ -150,14 +191,18 @@ Result<void> glanceAt(Database& database, size_t most_read, StoreGlance& glance)
   if (!ours) return ours.error();
   if (!*ours) return Error{ErrorCode::kBadData, path + ": is empty, no map store"};
   if (const std::string cut_off = cutOffText(path); !cut_off.empty()) glance.damage.push_back(cut_off);
+  tellDeclarations(database, glance.damage);
+  tellLogEnd(path, glance.damage, glance.remarks);
   remarkCompactDue(database, glance.remarks);
+  auto large = std::async(std::launch::async, checkLargeTables, path);
   checkSmallTables(database, glance.damage);
+  checkSums(database, kSmall, glance.damage);
   KeyframeRuns known;
   std::vector<int64_t> numbers;
   lookAtKeyframes(database, glance, known, numbers);
   glance.edges = lookAtEnds(database, "edges",
                             "SELECT from_robot, from_session, from_sequence, to_robot, to_session, to_sequence "
-                            "FROM edges INDEXED BY sqlite_autoindex_edges_1",
+                            "FROM main.edges INDEXED BY sqlite_autoindex_edges_1",
                             known, glance);
   glance.verdicts = lookAtEnds(database, "verdicts",
                                "SELECT query_robot, query_session, query_sequence, candidate_robot, "
@@ -167,6 +212,8 @@ Result<void> glanceAt(Database& database, size_t most_read, StoreGlance& glance)
   if (merges) glance.merges = static_cast<size_t>(*merges);
   readSomePictures(database, spread(numbers, most_read), glance);
   readSomeTiles(database, most_read, glance);
+  const auto unsound = large.get();
+  glance.damage.insert(glance.damage.end(), unsound.begin(), unsound.end());
   return {};
 }
 

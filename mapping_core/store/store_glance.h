@@ -9,8 +9,8 @@
 
 namespace comap {
 
-/// What was looked at: of keyframes and poses every row, of edges and verdicts which keyframes they name, all merges;
-/// of pictures and tiles as many as are said, evenly over the store.
+/// What was looked at: every row, held against its checksum, and which keyframes it names; of pictures and tiles as
+/// many as are said, evenly over the store.
 struct StoreGlance {
   std::string path;
   size_t keyframes = 0, edges = 0, verdicts = 0, merges = 0, tiles = 0;

@@ -16,7 +16,10 @@ Result<StoreLock> StoreLock::take(const std::string& path, bool create) {
   if (file < 0) return Error{ErrorCode::kUnreachable, path + ": " + std::strerror(errno)};
   if (flock(file, LOCK_EX | LOCK_NB) != 0) {
     close(file);
-    return Error{ErrorCode::kUnreachable, path + ": a running mapping core or replay is writing it"};
+    return Error{ErrorCode::kUnreachable,
+                 path +
+                     ": another program has it: a running mapping core, a replay, or a fleet verb "
+                     "that changes or saves it"};
   }
   return StoreLock(file);
 }

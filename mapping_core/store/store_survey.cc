@@ -4,6 +4,7 @@
 #include <future>
 
 #include "mapping_core/store/keyframe_runs.h"
+#include "mapping_core/store/packed_numbers.h"
 #include "mapping_core/store/record_rows.h"
 #include "mapping_core/store/schema.h"
 #include "mapping_core/store/survey_indexes.h"
@@ -17,13 +18,10 @@ namespace {
 
 constexpr int kTold = 20;  // of what SQLite finds
 
-// Of rows of edges and verdicts, what is looked at, and its types. reals() tells of the rest.
-#define COMAP_EDGE_LOOK \
-  COMAP_TIE_COLUMNS ", merge, withdrawn_by, reals(" COMAP_INFORMATION_COLUMNS "), " COMAP_POSE_COLUMNS
-#define COMAP_VERDICT_LOOK \
-  COMAP_JUDGEMENT_COLUMNS ", reals(" COMAP_SCORE_COLUMNS ", " COMAP_INFORMATION_COLUMNS "), " COMAP_POSE_COLUMNS
-constexpr std::string_view kEdgeTypes = "ttiitiiiiirrrrrrr", kVerdictTypes = "tiitiiitirrrrrrr";
-constexpr int64_t kMistyped = 0, kFinite = 2;  // as reals() tells
+// Of rows of edges and verdicts, what is looked at, and its types.
+#define COMAP_EDGE_LOOK COMAP_TIE_COLUMNS ", merge, withdrawn_by, numbers, " COMAP_IS_SOUND(COMAP_EDGE_ROW)
+#define COMAP_VERDICT_LOOK COMAP_JUDGEMENT_COLUMNS ", numbers, " COMAP_IS_SOUND(COMAP_VERDICT_ROW)
+constexpr std::string_view kEdgeTypes = "ttiitiiiib", kVerdictTypes = "tiitiiitb";
 
 Error damagedRow(const std::string& text) { return {ErrorCode::kBadData, text}; }
 Error mistyped() { return damagedRow("a value of it is of another type than its column"); }
@@ -45,13 +43,26 @@ std::vector<std::string> checkPages(const std::string& path) {
 }
 
 void readMeta(Database& database, StoreSurvey& survey) {
-  auto query = database.query("SELECT key, value FROM meta");
+  auto query = database.query("SELECT key, value, " COMAP_IS_SOUND(COMAP_META_ROW) " FROM meta");
   Result<bool> row = query ? query->step() : Result<bool>(query.error());
   for (; row && *row; row = query->step()) {
-    const std::string key = query->text();
-    survey.meta[key] = query->text();
+    const std::string key = query->text(), value = query->text();
+    if (query->integer() == 1)
+      survey.meta[key] = value;
+    else
+      survey.damage.push_back("setting '" + key + "' of the store: " + kUnsound);
   }
   if (!row) survey.damage.push_back("the settings of the store: " + row.error().text);
+}
+
+// Of what they say nothing is kept: keyframes name their robots.
+void readRobots(Database& database, StoreSurvey& survey) {
+  const auto check = [](int64_t, Query& row) {
+    return row.integer() == 1 ? Result<void>() : Result<void>(damagedRow(kUnsound));
+  };
+  KeptRows kept;
+  surveyTable(database, "robot", COMAP_TABLE_ROWS("robots", "bit", COMAP_IS_SOUND(COMAP_ROBOT_ROW)), check,
+              survey.damage, kept);
 }
 
 // Each by its place.
@@ -77,12 +88,15 @@ void readEdges(Database& database, StoreSurvey& survey, IndexEntries& entries) {
     if (!row.areOf(kEdgeTypes)) return mistyped();
     const std::string_view kind = row.textView();
     const KeyframeId from = row.keyframeId(), to = row.keyframeId();
-    const int64_t merge = row.unsigned32(), withdrawn_by = row.unsigned32(), reals = row.integer();
-    const Pose T_from_to = row.pose();
-    if (reals == kMistyped) return mistyped();
+    const int64_t merge = row.unsigned32(), withdrawn_by = row.unsigned32();
+    std::string wrong;
+    const auto numbers = unpackNumbers(row.bytes(), wrong);
+    if (row.integer() != 1) return damagedRow(kUnsound);
     const auto known = kindOf(std::string(kind), database.path());
     if (!known) return known.error();
-    if (reals != kFinite || !T_from_to.translation().allFinite()) return damagedRow("a number of it is none");
+    if (!numbers) return damagedRow(wrong);
+    if (!numbers->pose.translation().allFinite() || !numbers->information.allFinite())
+      return damagedRow("a number of it is none");
     const auto places = placesOf(whole, from, to);
     if (!places) return places.error();
     if (auto values = row.values(); !values) return values;
@@ -113,9 +127,10 @@ void readVerdicts(Database& database, const std::vector<WholeKeyframe>& keyframe
     const KeyframeId query = row.keyframeId(), candidate = row.keyframeId();
     const int64_t accepted = row.integer();
     const std::string_view reason = row.textView();
-    const int64_t reals = row.integer();
-    (void)row.pose();  // what is wrong with it is among the values
-    if (reals == kMistyped) return mistyped();
+    std::string wrong;
+    const auto numbers = unpackNumbers(row.bytes(), wrong);
+    if (row.integer() != 1) return damagedRow(kUnsound);
+    if (!numbers) return damagedRow(wrong);
     if (auto places = placesOf(whole, query, candidate); !places) return places.error();
     if (auto values = row.values(); !values) return values;
     found.verdict_entries.add(EntryHash().add(int64_t{accepted != 0}).add(reason).add(number));
@@ -134,8 +149,10 @@ BesideEdges readBesideEdges(Database& database, const std::vector<WholeKeyframe>
 
 void readMerges(Database& database, StoreSurvey& survey) {
   const auto check = [&](int64_t, Query& row) -> Result<void> {
-    MergeRecord merge = mergeOf(row);
+    const bool sound = row.integer() == 1;
     (void)row.unsigned32();  // with whose undoing it went: a number like others
+    MergeRecord merge = mergeOf(row);
+    if (!sound) return damagedRow(kUnsound);
     if (auto values = row.values(); !values) return values;
     if (auto lists = readMergeLists(database, merge); !lists) return lists;
     if (!merge.T_kept_absorbed.translation().allFinite()) return damagedRow("a number of it is none");
@@ -143,20 +160,23 @@ void readMerges(Database& database, StoreSurvey& survey) {
     survey.merges.push_back(std::move(merge));
     return {};
   };
-  surveyTable(database, "merge", COMAP_TABLE_ROWS("merges", "number", COMAP_MERGE_COLUMNS ", undone_by"), check,
-              survey.damage, survey.merge_rows);
+  surveyTable(database, "merge",
+              COMAP_TABLE_ROWS("merges", "number", COMAP_IS_SOUND(COMAP_MERGE_ROW) ", undone_by, " COMAP_MERGE_COLUMNS),
+              check, survey.damage, survey.merge_rows);
 }
 
 void readTiles(Database& database, StoreSurvey& survey) {
   const auto check = [&](int64_t, Query& row) -> Result<void> {
     const int64_t count = row.integer();
     if (const auto surfels = decompressSurfels(row.bytes(), count); !surfels) return surfels.error();
+    if (row.integer() != 1) return damagedRow(kUnsound);
     if (auto values = row.values(); !values) return values;
     ++survey.tiles;
     return {};
   };
   KeptRows kept;
-  surveyTable(database, "tile", COMAP_TABLE_ROWS("tiles", "number", "surfels, zstd"), check, survey.damage, kept);
+  surveyTable(database, "tile", COMAP_TABLE_ROWS("tiles", "number", "surfels, zstd, " COMAP_IS_SOUND(COMAP_TILE_ROW)),
+              check, survey.damage, kept);
 }
 
 // Of tables that are whole: of others, rows are copied one by one, and their indexes made anew.
@@ -207,11 +227,14 @@ Result<void> surveyTables(Database& database, StoreSurvey& survey, SurveyDepth d
   if (!ours) return ours.error();
   if (!*ours) return Error{ErrorCode::kBadData, path + ": is empty, no map store"};
   if (const std::string cut_off = cutOffText(path); !cut_off.empty()) survey.damage.push_back(cut_off);
+  tellDeclarations(database, survey.damage);
+  tellLogEnd(path, survey.damage, survey.remarks);
   const bool pages = depth == SurveyDepth::kPages;
   std::future<std::vector<std::string>> page_check;
   if (pages) page_check = std::async(std::launch::async, checkPages, path);
   const size_t before_rows = survey.damage.size();
   readMeta(database, survey);
+  readRobots(database, survey);
   remarkCompactDue(database, survey.remarks);
   if (auto read = readRows(database, survey, !pages, progress); !read || !pages) return read;
   const std::vector<std::string> of_pages = page_check.get();

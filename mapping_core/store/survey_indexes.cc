@@ -22,21 +22,22 @@ struct Index {
 };
 
 constexpr Index kKeyframes = {"sqlite_autoindex_keyframes_1",
-                              "SELECT robot, session, sequence, arrival FROM keyframes INDEXED BY "
+                              "SELECT robot, session, sequence, arrival FROM main.keyframes INDEXED BY "
                               "sqlite_autoindex_keyframes_1",
                               "tiii"};
 constexpr Index kEdges = {"sqlite_autoindex_edges_1",
                           "SELECT kind, from_robot, from_session, from_sequence, to_robot, to_session, to_sequence, "
-                          "number FROM edges INDEXED BY sqlite_autoindex_edges_1",
+                          "number FROM main.edges INDEXED BY sqlite_autoindex_edges_1",
                           "ttiitiii"};
-constexpr Index kWithdrawnEdges = {"edges_withdrawn_by_kind",
-                                   "SELECT withdrawn_by, kind, number FROM edges INDEXED BY edges_withdrawn_by_kind "
-                                   "WHERE withdrawn_by <> 0",
-                                   "iti"};
-constexpr Index kEdgesOfMerges = {"edges_of_merges",
-                                  "SELECT merge, number FROM edges INDEXED BY edges_of_merges WHERE merge <> 0", "ii"};
+constexpr Index kWithdrawnEdges = {
+    "edges_withdrawn_by_kind",
+    "SELECT withdrawn_by, kind, number FROM main.edges INDEXED BY edges_withdrawn_by_kind "
+    "WHERE withdrawn_by <> 0",
+    "iti"};
+constexpr Index kEdgesOfMerges = {
+    "edges_of_merges", "SELECT merge, number FROM main.edges INDEXED BY edges_of_merges WHERE merge <> 0", "ii"};
 constexpr Index kVerdicts = {"verdicts_by_reason",
-                             "SELECT accepted, reason, number FROM verdicts INDEXED BY verdicts_by_reason", "iti"};
+                             "SELECT accepted, reason, number FROM main.verdicts INDEXED BY verdicts_by_reason", "iti"};
 
 // Entries as they come, each compared with the one before. Texts by their bytes, as SQLite compares them.
 class Rising {

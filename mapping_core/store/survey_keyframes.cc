@@ -9,6 +9,7 @@
 
 #include "mapping_core/store/keyframe_runs.h"
 #include "mapping_core/store/survey_rows.h"
+#include "mapping_core/store/table_rows.h"
 #include "protocol/codec/keyframe_codec.h"
 
 namespace comap {
@@ -38,6 +39,8 @@ std::map<int64_t, Description> readDescriptions(Database& database, StoreSurvey&
   const auto check = [&](int64_t arrival, Query& row) -> Result<void> {
     if (!row.areOf(COMAP_DESCRIPTION_TYPES "i")) return mistyped();
     const Description description = descriptionOf(row);
+    (void)row.integer();
+    if (row.integer() != 1) return damagedRow(kUnsound);
     if (auto values = row.values(); !values) return values;
     result[arrival] = description;
     entries.keyframes.add(EntryHash().add(description.id).add(arrival));
@@ -45,8 +48,9 @@ std::map<int64_t, Description> readDescriptions(Database& database, StoreSurvey&
   };
   KeptRows kept;
   surveyTable(database, "row of keyframe",
-              COMAP_TABLE_ROWS("keyframes", "arrival", COMAP_DESCRIPTION_COLUMNS ", stamp_ns"), check, survey.damage,
-              kept);
+              COMAP_TABLE_ROWS("keyframes", "arrival",
+                               COMAP_DESCRIPTION_COLUMNS ", stamp_ns, " COMAP_IS_SOUND(COMAP_KEYFRAME_ROW)),
+              check, survey.damage, kept);
   if (!kept.all()) survey.descriptions.skip();
   if (!kept.inOrder()) survey.descriptions.leaveOrder();
   return result;
@@ -92,6 +96,7 @@ void readPoses(Database& database, StoreSurvey& survey) {
     if (!row.areOf("trrrrrrr")) return mistyped();
     const std::string map = row.text();
     const Pose pose = row.pose();
+    if (row.integer() != 1) return damagedRow(kUnsound);
     if (auto values = row.values(); !values) return values;
     if (map.empty() || !pose.translation().allFinite()) return damagedRow("names no map, or a number of it is none");
     if (const auto keyframe = by_arrival.find(arrival); keyframe != by_arrival.end()) {
@@ -100,7 +105,8 @@ void readPoses(Database& database, StoreSurvey& survey) {
     }
     return {};
   };
-  surveyTable(database, "pose of keyframe", COMAP_TABLE_ROWS("poses", "keyframe", "map, qx, qy, qz, qw, tx, ty, tz"),
+  surveyTable(database, "pose of keyframe",
+              COMAP_TABLE_ROWS("poses", "keyframe", "map, " COMAP_POSE_COLUMNS ", " COMAP_IS_SOUND(COMAP_POSE_ROW)),
               check, survey.damage, survey.poses);
 }
 

@@ -6,6 +6,11 @@
 #include <optional>
 #include <sstream>
 
+#include "mapping_core/store/packed_numbers.h"
+#include "mapping_core/store/schema.h"
+#include "mapping_core/store/schema_3.h"
+#include "mapping_core/store/store_log.h"
+
 namespace comap {
 namespace {
 
@@ -146,7 +151,7 @@ Result<Database> openDamaged(const std::string& path) {
   auto database = Database::open(std::filesystem::absolute(path).string(), SQLITE_OPEN_READONLY);
   if (!database) return database;
   if (!cutOffText(path).empty()) database->bearDamage();
-  if (auto added = database->addReals(); !added) return added.error();
+  if (auto shown = showAsNewest(*database, "main", ""); !shown) return shown.error();
   return database;
 }
 
@@ -165,6 +170,31 @@ Result<void> atOneMoment(const std::string& path, const std::function<Result<voi
     const bool changed = !logged && before && after && *before != *after;
     if (!changed || times == kMostTimes) return {};
   }
+}
+
+Result<bool> showAsNewest(Database& database, const std::string& schema, const std::string& prefix) {
+  auto version = database.query("PRAGMA " + schema + ".user_version");
+  auto row = version ? version->step() : Result<bool>(version.error());
+  // What cannot be read, or is no store, is told of by whoever looks into it.
+  if (!row || !*row || version->integer() >= kStoreVersion) return false;
+  if (auto added = addPacked(database); !added) return added.error();
+  if (auto shown = showAs4(database, schema, prefix); !shown) return shown.error();
+  return true;
+}
+
+void tellDeclarations(Database& database, std::vector<std::string>& damage) {
+  const auto version = database.integer("PRAGMA user_version");
+  if (!version || *version != kStoreVersion) return;
+  const auto declared = declaresTables(database);
+  if (!declared || !*declared)
+    damage.push_back("its tables are not declared as this program declares them" +
+                     (declared ? std::string() : ": " + declared.error().text));
+}
+
+void tellLogEnd(const std::string& path, std::vector<std::string>& damage, std::vector<std::string>& remarks) {
+  const LogEnd end = lookAtLog(path);
+  if (!end.damage.empty()) damage.push_back(end.damage);
+  if (!end.remark.empty()) remarks.push_back(end.remark);
 }
 
 void remarkCompactDue(Database& database, std::vector<std::string>& remarks) {

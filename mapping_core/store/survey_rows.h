@@ -10,8 +10,13 @@
 
 namespace comap {
 
-/// For reading, cut off or not; statements know reals(). kUnreachable if it is not there or no file.
+/// For reading, cut off or not; a store of an older schema reads as one of the newest, but for its indexes.
+/// kUnreachable if it is not there or no file.
 Result<Database> openDamaged(const std::string& path);
+
+/// Where the database attached as `schema` is of an older schema, `FROM PREFIXtable` reads as of the newest from now
+/// on; false: it is not, and nothing was done.
+Result<bool> showAsNewest(Database& database, const std::string& schema, const std::string& prefix);
 
 /// Calls `look` with a store in which all is of one moment, though a core writes meanwhile: table by table, edges would
 /// come without their keyframes. It is called again if a core has begun to write since.
@@ -20,8 +25,18 @@ Result<void> atOneMoment(const std::string& path, const std::function<Result<voi
 /// What to say of a file whose end is missing; empty if it is there.
 std::string cutOffText(const std::string& path);
 
+/// Says so if a store of the newest schema declares its tables in other words than this program: one bit can make
+/// a column of another one.
+void tellDeclarations(Database& database, std::vector<std::string>& damage);
+
+/// Says how the store's log ends, if that is not as it should be.
+void tellLogEnd(const std::string& path, std::vector<std::string>& damage, std::vector<std::string>& remarks);
+
 /// Says so if the file was not written anew since a robot was forgotten.
 void remarkCompactDue(Database& database, std::vector<std::string>& remarks);
+
+/// Why a row is not taken that does not fit its checksum.
+inline constexpr const char* kUnsound = "its checksum is not that of its values";
 
 /// Adds each line of a text by itself.
 void addLines(const std::string& prefix, const std::string& text, std::vector<std::string>& damage);
@@ -36,10 +51,10 @@ struct TableRows {
   const char* one;   ///< the columns of the row of number ?1
   const char* all;   ///< number and columns of all rows, by number
 };
-#define COMAP_TABLE_ROWS(table, number, columns)                                                                 \
-  TableRows {                                                                                                    \
-    "SELECT coalesce(max(" number "), 0) FROM " table, "SELECT " columns " FROM " table " WHERE " number " = ?", \
-        "SELECT " number ", " columns " FROM " table " ORDER BY " number                                         \
+#define COMAP_TABLE_ROWS(table, number, columns)                                                                      \
+  TableRows {                                                                                                         \
+    "SELECT coalesce(max(" number "), 0) FROM main." table, "SELECT " columns " FROM " table " WHERE " number " = ?", \
+        "SELECT " number ", " columns " FROM " table " ORDER BY " number                                              \
   }
 
 /// Reads the rows one behind the other; where that ends early, or they are out of order, asks from there on for every

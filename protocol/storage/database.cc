@@ -1,13 +1,15 @@
 #include "protocol/storage/database.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <iterator>
 #include <limits>
 #include <utility>
+
+#include "protocol/storage/row_sum.h"
 
 namespace comap {
 namespace {
@@ -51,16 +53,6 @@ const char* adviceFor(int code) {
     default:
       return "";
   }
-}
-
-void tellReals(sqlite3_context* context, int count, sqlite3_value** values) {
-  int told = 2;
-  for (int i = 0; i < count; ++i) {
-    const int type = sqlite3_value_type(values[i]);
-    if (type != SQLITE_FLOAT && type != SQLITE_NULL) return sqlite3_result_int(context, 0);
-    if (type == SQLITE_NULL || !std::isfinite(sqlite3_value_double(values[i]))) told = 1;
-  }
-  sqlite3_result_int(context, told);
 }
 
 }  // namespace
@@ -108,13 +100,6 @@ Query& Query::bind(const Pose& pose) {
   const Eigen::Quaterniond& q = pose.rotation();
   for (const double value : {q.x(), q.y(), q.z(), q.w()}) bind(value);
   for (int i = 0; i < 3; ++i) bind(pose.translation()(i));
-  return *this;
-}
-
-Query& Query::bind(const Matrix6d& matrix) {
-  for (int row = 0; row < 6; ++row) {
-    for (int column = 0; column < 6; ++column) bind(matrix(row, column));
-  }
   return *this;
 }
 
@@ -192,25 +177,26 @@ KeyframeId Query::keyframeId() {
 }
 
 Pose Query::pose() {
-  double v[7];
-  for (double& value : v) value = real();
-  const Eigen::Quaterniond q(v[3], v[0], v[1], v[2]);
-  const Eigen::Vector3d t(v[4], v[5], v[6]);
-  if (std::all_of(std::begin(v), std::end(v), [](double value) { return std::isnan(value); }))
-    return Pose(q, t);  // none
-  if (!t.allFinite() || !(std::abs(q.squaredNorm() - 1) <= 1e-6)) {
-    damage_ = t.allFinite() ? "a pose's quaternion has length " + std::to_string(q.norm()) + ", expected 1"
-                            : "a pose's place is not finite";
-  }
-  return Pose(q, t);
+  std::array<double, 7> numbers;
+  for (double& value : numbers) value = real();
+  return poseOf(numbers, damage_);
 }
 
-Matrix6d Query::matrix() {
-  Matrix6d matrix;
-  for (int row = 0; row < 6; ++row) {
-    for (int column = 0; column < 6; ++column) matrix(row, column) = real();
+void Query::checked(const char* what) {
+  const int64_t number = integer();
+  if (number >= 0)
+    damage_ = std::string(what) + " " + std::to_string(number) + " is damaged: its checksum is not that of its values";
+}
+
+Pose poseOf(std::span<const double, 7> v, std::string& wrong) {
+  const Eigen::Quaterniond q(v[3], v[0], v[1], v[2]);
+  const Eigen::Vector3d t(v[4], v[5], v[6]);
+  if (std::all_of(v.begin(), v.end(), [](double value) { return std::isnan(value); })) return Pose(q, t);
+  if (!t.allFinite() || !(std::abs(q.squaredNorm() - 1) <= 1e-6)) {
+    wrong = t.allFinite() ? "a pose's quaternion has length " + std::to_string(q.norm()) + ", expected 1"
+                          : "a pose's place is not finite";
   }
-  return matrix;
+  return Pose(q, t);
 }
 
 Result<Database> Database::open(const std::string& path, int flags) {
@@ -218,6 +204,7 @@ Result<Database> Database::open(const std::string& path, int flags) {
   const int code =
       sqlite3_open_v2(path.c_str(), &database.handle_, flags | SQLITE_OPEN_EXRESCODE | SQLITE_OPEN_NOMUTEX, nullptr);
   if (code != SQLITE_OK) return database.error(code);
+  if (const int added = addRowSum(database.handle_); added != SQLITE_OK) return database.error(added);
   database.waitForOthers();
   sqlite3_limit(database.handle_, SQLITE_LIMIT_LENGTH, kMaxValueBytes);
   // The file may come from anywhere: its schema must not be able to do more than hold data.
@@ -296,9 +283,9 @@ Result<void> Database::attachReading(const std::string& path, const std::string&
   return attach("?mode=ro");
 }
 
-Result<void> Database::addReals() {
-  const int code = sqlite3_create_function_v2(handle_, "reals", -1, SQLITE_UTF8 | SQLITE_DETERMINISTIC, nullptr,
-                                              tellReals, nullptr, nullptr, nullptr);
+Result<void> Database::addFunction(const char* name, void (*function)(sqlite3_context*, int, sqlite3_value**)) {
+  const int code = sqlite3_create_function_v2(handle_, name, -1, SQLITE_UTF8 | SQLITE_DETERMINISTIC, nullptr, function,
+                                              nullptr, nullptr, nullptr);
   return code == SQLITE_OK ? Result<void>() : error(code);
 }
 

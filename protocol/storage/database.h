@@ -33,7 +33,6 @@ class Query {
   Query& bind(std::span<const uint8_t> bytes);  ///< must outlive the run
   Query& bind(const KeyframeId& id);            ///< 3 columns
   Query& bind(const Pose& pose);                ///< 7 columns
-  Query& bind(const Matrix6d& matrix);          ///< 36 columns
 
   /// True: a row is there; false: done.
   Result<bool> step();
@@ -56,7 +55,11 @@ class Query {
   std::span<const uint8_t> bytes();  ///< valid until the next step
   KeyframeId keyframeId();
   Pose pose();
-  Matrix6d matrix();
+  /// Of a column that is -1, or else the row's number because its checksum is not that of its values. `what`: a row's
+  /// name.
+  void checked(const char* what);
+  /// What else is wrong with the row.
+  void damaged(const std::string& text) { damage_ = text; }
 
  private:
   void note(int code);
@@ -66,6 +69,10 @@ class Query {
   int bind_code_ = SQLITE_OK;
   std::string damage_;
 };
+
+/// What seven numbers (qx, qy, qz, qw, tx, ty, tz) are as a pose. All NaN: none. `wrong`: why they are none, else
+/// untouched.
+Pose poseOf(std::span<const double, 7> numbers, std::string& wrong);
 
 /// Thread rule: one thread at a time; SQLite's own locks, one for each value that is read, are left out.
 class Database {
@@ -83,9 +90,8 @@ class Database {
   /// `name` stands for the database at `path`, which is only read. Only if this one was opened with SQLITE_OPEN_URI.
   Result<void> attachReading(const std::string& path, const std::string& name);
 
-  /// From now on statements know reals(...), of any number of columns: 0 if one is neither REAL nor NULL, 1 if one is
-  /// no finite number, else 2. Reading each of them from here takes several times as long.
-  Result<void> addReals();
+  /// From now on statements know the function `name`, of any number of values. All know row_sum (row_sum.h).
+  Result<void> addFunction(const char* name, void (*function)(sqlite3_context*, int, sqlite3_value**));
 
   /// Statements are kept: a literal by its address, which is quick, others by their words.
   Result<Query> query(const char* literal);

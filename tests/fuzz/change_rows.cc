@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "protocol/storage/row_sum.h"
 #include "protocol/types/fnv1a.h"
 #include "tests/fuzz/fuzz.h"
 
@@ -84,6 +85,7 @@ void changeRows(const std::string& path, FuzzedDataProvider& bytes) {
   sqlite3* database = nullptr;
   require(sqlite3_open(path.c_str(), &database) == SQLITE_OK, "a database that was just made can be opened");
   sqlite3_exec(database, "PRAGMA synchronous = OFF; PRAGMA ignore_check_constraints = ON", nullptr, nullptr, nullptr);
+  require(addRowSum(database) == SQLITE_OK, "a store's tables can be written");
   sqlite3_create_function(database, "checksum", 1, SQLITE_UTF8, nullptr, checksum, nullptr, nullptr);
   sqlite3_create_function(database, "tile_checksum", 5, SQLITE_UTF8, nullptr, tileChecksum, nullptr, nullptr);
   const std::vector<Column> columns = columnsOf(database);

@@ -8,6 +8,7 @@
 #include <csignal>
 #include <cstdio>
 
+#include "protocol/storage/row_sum.h"
 #include "tests/mapping_core/store/store_fixture.h"
 
 namespace comap {
@@ -37,6 +38,7 @@ class MapStoreDamageTest : public StoreTest {
   void sql(const char* statement) {
     sqlite3* db = nullptr;
     ASSERT_EQ(sqlite3_open(path_.c_str(), &db), SQLITE_OK);
+    ASSERT_EQ(addRowSum(db), SQLITE_OK);
     ASSERT_EQ(sqlite3_exec(db, statement, nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(db);
     sqlite3_close(db);
   }
@@ -124,7 +126,7 @@ TEST_F(MapStoreDamageTest, whatIsNoMapStoreIsLeftAlone) {
   fs::remove(path_);
   fill();
   sql("PRAGMA user_version = 9");
-  refuse("schema version 9 is newer than 3");
+  refuse("schema version 9 is newer than 4");
 
   write("");
   const auto empty = read();

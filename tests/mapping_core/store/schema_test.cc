@@ -3,6 +3,9 @@
 
 #include <array>
 
+#include "mapping_core/store/store_glance.h"
+#include "mapping_core/store/store_survey.h"
+#include "tests/files/temporary_folder.h"
 #include "tests/mapping_core/store/store_fixture.h"
 
 namespace comap {
@@ -72,10 +75,13 @@ TEST_F(SchemaTest, StoresOfAllReleasesAreReadWhole) {
     const auto edges = store->edges();
     ASSERT_EQ(edges->size(), 1u);
     EXPECT_EQ(edges->front().information, edge().information);
+    expectSame(edges->front().T_from_to, edge().T_from_to);
     const auto verdicts = store->verdicts();
     ASSERT_EQ(verdicts->size(), 1u);
     EXPECT_EQ(verdicts->front().reason, "accepted");
     EXPECT_EQ(verdicts->front().unlike, verdict().unlike);
+    EXPECT_EQ(verdicts->front().information, verdict().information);
+    expectSame(verdicts->front().T_candidate_query, verdict().T_candidate_query);
     const auto merges = store->merges();
     ASSERT_EQ(merges->size(), 1u);
     EXPECT_EQ(merges->front().voters, merge().voters);
@@ -87,23 +93,59 @@ TEST_F(SchemaTest, StoresOfAllReleasesAreReadWhole) {
   EXPECT_GE(releases, 1u);
 }
 
-// What is for speed alone is made for stores that lack it, and is no part of their version.
-TEST_F(SchemaTest, IndexesAreMadeWhereTheyAreMissing) {
-  const char* count = "SELECT count(*) FROM sqlite_schema WHERE name IN ('edges_withdrawn_by_kind', 'edges_of_merges')";
+// Looked at, saved from damage, but not read for what is in it until it is brought to the newest schema.
+TEST_F(SchemaTest, AnOlderStoreIsLookedAtAndSavedAsItIs) {
   for (const auto& file : std::filesystem::directory_iterator(kReleases)) {
     SCOPED_TRACE(file.path().string());
     std::filesystem::copy_file(file.path(), path_, std::filesystem::copy_options::overwrite_existing);
-    {
-      const auto older = read();
-      ASSERT_TRUE(older) << older.error().text;
-      EXPECT_EQ(older->edgeCounts()->holding[static_cast<size_t>(EdgeKind::kLoop)], 1u) << "read without them, too";
-      EXPECT_EQ(*writable().integer(count), 0);
-    }
-    ASSERT_TRUE(writable().execute("CREATE INDEX edges_withdrawn ON edges (withdrawn_by) WHERE withdrawn_by <> 0"));
+    if (*writable().integer("PRAGMA user_version") == kStoreVersion) continue;
+    const auto refused = read();
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::kBadData);
+    EXPECT_NE(refused.error().text.find("is of an older release"), std::string::npos) << refused.error().text;
+    const std::string whole = contentOf(path_);
+    const auto survey = surveyStore(path_);
+    ASSERT_TRUE(survey) << survey.error().text;
+    // The fixture's messages are noise, which no keyframe can be read from.
+    EXPECT_EQ(survey->lost_keyframes, 2u);
+    EXPECT_EQ(survey->merges.size(), 1u);
+    EXPECT_EQ(survey->tiles, 1u);
+    const auto glance = glanceAtStore(path_);
+    ASSERT_TRUE(glance) << glance.error().text;
+    EXPECT_EQ(glance->edges, 1u);
+    for (const std::string& damage : glance->damage)
+      EXPECT_EQ(damage.find("checksum is not"), std::string::npos) << damage;
+    EXPECT_EQ(contentOf(path_), whole);
+  }
+}
+
+// What is for speed alone is made for stores that lack it, and is no part of their version.
+TEST_F(SchemaTest, IndexesAreMadeWhereTheyAreMissing) {
+  const char* count = "SELECT count(*) FROM sqlite_schema WHERE name IN ('edges_withdrawn_by_kind', 'edges_of_merges')";
+  ASSERT_TRUE(create()->addEdge(edge()));
+  ASSERT_TRUE(
+      writable().execute("DROP INDEX edges_withdrawn_by_kind; DROP INDEX edges_of_merges; "
+                         "CREATE INDEX edges_withdrawn ON edges (withdrawn_by) WHERE withdrawn_by <> 0"));
+  EXPECT_EQ(read()->edgeCounts()->holding[static_cast<size_t>(EdgeKind::kLoop)], 1u) << "read without them, too";
+  EXPECT_EQ(*writable().integer(count), 0);
+  ASSERT_TRUE(create());
+  EXPECT_EQ(*writable().integer(count), 2);
+  EXPECT_EQ(*writable().integer("SELECT count(*) FROM sqlite_schema WHERE name = 'edges_withdrawn'"), 0);
+  EXPECT_EQ(*writable().integer("PRAGMA user_version"), kStoreVersion);
+}
+
+TEST_F(SchemaTest, AnOlderStoreBecomesOneLikeANewOne) {
+  for (const auto& file : std::filesystem::directory_iterator(kReleases)) {
+    SCOPED_TRACE(file.path().string());
+    std::filesystem::copy_file(file.path(), path_, std::filesystem::copy_options::overwrite_existing);
     ASSERT_TRUE(create());
-    EXPECT_EQ(*writable().integer(count), 2);
-    EXPECT_EQ(*writable().integer("SELECT count(*) FROM sqlite_schema WHERE name = 'edges_withdrawn'"), 0);
-    EXPECT_EQ(*writable().integer("PRAGMA user_version"), kStoreVersion);
+    Database database = writable();
+    EXPECT_TRUE(*isSchema(database));
+    EXPECT_EQ(*database.integer("SELECT count(*) FROM pragma_foreign_key_check"), 0);
+    EXPECT_EQ(*database.integer("SELECT count(*) FROM pragma_integrity_check WHERE integrity_check <> 'ok'"), 0);
+    auto store = create();
+    EXPECT_EQ(*store->removeRobot("bravo"), 1u) << "what hung on it went as well";
+    EXPECT_EQ(store->keyframes()->size(), 1u);
   }
 }
 

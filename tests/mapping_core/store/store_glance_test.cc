@@ -6,6 +6,7 @@
 
 #include "mapping_core/store/keyframe_runs.h"
 #include "protocol/codec/keyframe_codec.h"
+#include "protocol/storage/row_sum.h"
 #include "tests/mapping_core/store/store_fixture.h"
 
 namespace comap {
@@ -52,6 +53,7 @@ class StoreGlanceTest : public StoreTest {
   void sql(const char* statement) {
     sqlite3* db = nullptr;
     ASSERT_EQ(sqlite3_open(path_.c_str(), &db), SQLITE_OK);
+    ASSERT_EQ(addRowSum(db), SQLITE_OK);
     ASSERT_EQ(sqlite3_exec(db, statement, nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(db);
     sqlite3_close(db);
   }
