@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <set>
@@ -13,7 +15,7 @@
 #include "fleet_tools/command_line/output_file.h"
 #include "fleet_tools/command_line/text_table.h"
 #include "fleet_tools/command_line/verb.h"
-#include "fleet_tools/render/picture_legend.h"
+#include "fleet_tools/render/robot_order.h"
 #include "fleet_tools/render/surfel_renderer.h"
 #include "fleet_tools/store/record_json.h"
 #include "mapping_core/store/map_store.h"
@@ -60,6 +62,14 @@ Result<Pose> parsePose(const std::string& text) {
     return Pose(rotation, Eigen::Vector3d(v[0], v[1], v[2]));
   }
   return Error{ErrorCode::kWrongUse, "--view is 'pose " + text + "', expected 'pose tx ty tz qx qy qz qw'"};
+}
+
+// Another program would take the name's word for what is in the file.
+Result<void> checkEnding(const std::string& path) {
+  std::string ending = std::filesystem::path(path).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (ending == ".png") return {};
+  return Error{ErrorCode::kWrongUse, "--out " + path + ": a PNG file is written, expected a name that ends in .png"};
 }
 
 // The map meant: that named, or the largest.
@@ -129,13 +139,14 @@ Result<PictureView> chooseView(const RenderOptions& options, std::span<const Sto
 
 int run(const RenderOptions& options) {
   if (const auto free = checkOutputFile(options.out); !free) return failWith(free.error());
+  if (auto named = checkEnding(options.out); !named) return failWith(named.error());
   const auto size = parseSize(options.size);
   if (!size) return failWith(size.error());
   const auto store = MapStore::open(options.store, MapStore::Mode::kReadOnly);
   if (!store) return failWith(store.error());
   const auto map = chooseMap(*store, options);
   if (!map) return failWith(map.error());
-  const auto surfels = loadSurfels(*store, options, *map);
+  auto surfels = loadSurfels(*store, options, *map);
   if (!surfels) return failWith(surfels.error());
   auto keyframes = store->keyframes();
   if (!keyframes) return failWith(keyframes.error());
@@ -151,7 +162,7 @@ int run(const RenderOptions& options) {
   auto device = gpu::Device::create(device_options);
   if (!device) return failWith(device.error());
   const Colouring colouring = colouringOf(options.colour);
-  const std::vector<std::string> legend = colouring == Colouring::kContribution ? *robots : std::vector<std::string>();
+  const auto legend = legendOf(colouring, orderContributors(*robots, *surfels));
   const auto picture = renderPicture(*device, *surfels, *view, colouring, legend);
   if (!picture) return failWith(picture.error());
   if (const auto written = writeColourPng(options.out, *picture); !written) return failWith(written.error());
@@ -162,8 +173,8 @@ int run(const RenderOptions& options) {
   }
   std::printf("%s\nmap %s, %zu surfels\n", options.out.c_str(), printable(*map).c_str(), surfels->size());
   for (size_t i = 0; i < legend.size(); ++i) {
-    const Rgb c = robotColour(i);
-    std::printf("colour %zu, #%02x%02x%02x: %s\n", i + 1, c.r, c.g, c.b, printable(legend[i]).c_str());
+    const Rgb c = legend[i].colour;
+    std::printf("colour %zu, #%02x%02x%02x: %s\n", i + 1, c.r, c.g, c.b, printable(legend[i].name).c_str());
   }
   return 0;
 }
@@ -175,7 +186,9 @@ void addRenderVerb(CLI::App& app, int& exit_code) {
   verb->footer(
       "orbit: the whole map from outside and above, without the walls and ceilings that are in the way. top: a plan.\n"
       "robot:NAME: what that robot's last keyframe looked at. contribution: a colour per robot, mixed where several\n"
-      "saw the surface; at the foot stands which robot has which.\n"
+      "saw the surface. normal: a colour per direction of the map's axes. confidence: how often a surface was "
+      "measured.\n"
+      "At the foot stands which colour is what; robots have theirs by the order of their names.\n"
       "Example: fleet render run/map.comap --out map.png --colour contribution");
   auto options = std::make_shared<RenderOptions>();
   verb->add_option("STORE", options->store, "Map store to read")->required();

@@ -5,8 +5,6 @@
 #include <bit>
 #include <cmath>
 
-#include "fleet_tools/render/picture_legend.h"
-
 namespace comap {
 namespace {
 
@@ -38,6 +36,11 @@ Eigen::Vector3f confidenceColour(float confidence) {
   return (1 - part) * stops[below] + part * stops[below + 1];
 }
 
+// Each axis of the map's frame a channel: grey is none of it.
+Eigen::Vector3f normalColour(const Eigen::Vector3f& normal_map) {
+  return (normal_map + Eigen::Vector3f::Ones()) * 127.5f;
+}
+
 Eigen::Vector3f groundColour(int y, int height) {
   const float part = static_cast<float>(y) / static_cast<float>(height);
   return (1 - part) * Eigen::Vector3f(236, 240, 246) + part * Eigen::Vector3f(203, 210, 221);
@@ -54,7 +57,7 @@ Eigen::Vector3f paint(const PredictedView& seen, size_t pixel, const Eigen::Matr
   const Eigen::Vector3f colour = toVector(seen.colour.data()[pixel]);
   switch (colouring) {
     case Colouring::kNormal:
-      return (R_map_cam * normal + Eigen::Vector3f::Ones()) * 127.5f;
+      return normalColour(R_map_cam * normal);
     case Colouring::kContribution: {
       const float grey = colour.dot(Eigen::Vector3f(0.299f, 0.587f, 0.114f)) / 255;
       return contributionColour(seen.contributors.data()[pixel]) * (0.65f + 0.45f * grey) * shade(normal);
@@ -68,8 +71,29 @@ Eigen::Vector3f paint(const PredictedView& seen, size_t pixel, const Eigen::Matr
 
 }  // namespace
 
+std::vector<LegendEntry> legendOf(Colouring colouring, std::span<const std::string> robots) {
+  std::vector<LegendEntry> legend;
+  switch (colouring) {
+    case Colouring::kContribution:
+      return robotLegend(robots);
+    case Colouring::kNormal:
+      for (const char* axis : {"x", "-x", "y", "-y", "z", "-z"}) {
+        const bool negative = axis[0] == '-';
+        const Eigen::Vector3f normal = (negative ? -1.0f : 1.0f) * Eigen::Vector3f::Unit(axis[negative] - 'x');
+        legend.push_back({toRgb(normalColour(normal)), axis});
+      }
+      return legend;
+    case Colouring::kConfidence:
+      for (const int weight : {1, 3, 7, 19, 50})
+        legend.push_back({toRgb(confidenceColour(static_cast<float>(weight))), std::to_string(weight)});
+      return legend;
+    default:
+      return legend;
+  }
+}
+
 Result<ColourImage> renderPicture(gpu::Device& device, std::span<const Surfel> surfels, const PictureView& view,
-                                  Colouring colouring, std::span<const std::string> legend) {
+                                  Colouring colouring, std::span<const LegendEntry> legend) {
   std::vector<Surfel> enlarged(surfels.begin(), surfels.end());
   for (Surfel& s : enlarged) s.radius *= kEnlarged;
   auto map = SurfelMap::create(device, FusionParameters{});

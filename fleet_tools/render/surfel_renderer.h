@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "fleet_tools/render/picture_legend.h"
 #include "mapping_core/surfels/surfel_map.h"
 
 namespace comap {
@@ -27,8 +28,12 @@ PictureView topView(std::span<const Surfel> surfels, const Eigen::Vector3d& up, 
 /// As a robot's camera sees it, about 63 degrees wide.
 PictureView cameraView(const Pose& T_map_cam, int width, int height);
 
-/// Paints the map on a light ground; with `legend`, the robots' names by contributor bit, it tells their colours.
+/// What the colours stand for: robots, by contributor bit, which are by name; directions of the map's axes; weights.
+/// Nothing for the surfaces' own colours.
+std::vector<LegendEntry> legendOf(Colouring colouring, std::span<const std::string> robots);
+
+/// Paints the map on a light ground, with `legend` at its foot.
 Result<ColourImage> renderPicture(gpu::Device& device, std::span<const Surfel> surfels, const PictureView& view,
-                                  Colouring colouring, std::span<const std::string> legend);
+                                  Colouring colouring, std::span<const LegendEntry> legend);
 
 }  // namespace comap

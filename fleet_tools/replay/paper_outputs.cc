@@ -7,6 +7,7 @@
 #include <set>
 
 #include "fleet_tools/export/map_points.h"
+#include "fleet_tools/render/robot_order.h"
 #include "fleet_tools/replay/frames_csv.h"
 #include "fleet_tools/replay/run_trajectory.h"
 #include "fleet_tools/report/map_pictures.h"
@@ -92,6 +93,13 @@ Json mergeJson(const PaperCore& core, const PaperMerge& merge, size_t number) {
           {"rms_m", merge.match.fit.rms_m}};
 }
 
+// By contributor bit.
+std::vector<std::string> namesOf(const PaperCore& core) {
+  std::vector<std::string> names;
+  for (const PaperCamera& camera : core.cameras()) names.push_back(camera.name);
+  return names;
+}
+
 Json reportJson(const PaperCore& core, const PaperOutcome& outcome) {
   Json report;
   report["mode"] = "paper";
@@ -99,11 +107,13 @@ Json reportJson(const PaperCore& core, const PaperOutcome& outcome) {
     report["robots"][outcome.robots[i].name] = robotJson(core, outcome.robots[i], i);
   report["timeline"]["unit"] = "frame";
   for (const PaperCamera& camera : core.cameras()) {
-    report["robots"][camera.name]["colour"] = camera.index;
     if (!camera.log.empty())
       report["timeline"]["robots"][camera.name] = {{"first", camera.log.front().tick},
                                                    {"last", camera.log.back().tick}};
   }
+  const std::vector<std::string> names = namesOf(core);
+  const std::vector<size_t> places = placesByName(names);
+  for (size_t i = 0; i < names.size(); ++i) report["robots"][names[i]]["colour"] = places[i];
   report["maps"] = Json::array();
   for (const ReferenceFrame* map : core.maps())
     report["maps"].push_back({{"id", map->name},
@@ -149,15 +159,13 @@ Json reportJson(const PaperCore& core, const PaperOutcome& outcome) {
 }  // namespace
 
 Result<Json> writePaperOutputs(const ReplayOptions& options, const PaperCore& core, const PaperOutcome& outcome) {
-  std::vector<std::string> names;
   for (const PaperCamera& camera : core.cameras()) {
     std::vector<StampedPose> poses;
     for (const LoggedPose& pose : camera.log) poses.push_back({pose.stamp_ns, pose.T_map_cam});
     if (auto written = writeTrajectory(options.out + "/" + camera.name + ".trajectory.txt", poses); !written)
       return written.error();
-    names.push_back(camera.name);
   }
-  if (auto written = writeWholeFile(options.out + "/frames.csv", framesCsv(core.records(), names)); !written)
+  if (auto written = writeWholeFile(options.out + "/frames.csv", framesCsv(core.records(), namesOf(core))); !written)
     return written.error();
 
   const auto maps = core.maps();
@@ -178,6 +186,7 @@ Result<Json> writePaperOutputs(const ReplayOptions& options, const PaperCore& co
     for (const PaperCamera& camera : core.cameras())
       if (&core.frameOf(camera.index) == largest)
         for (const LoggedPose& pose : camera.log) T_map_cams.push_back(pose.T_map_cam);
+    const auto names = orderContributors(namesOf(core), surfels);
     if (auto painted = paintMap(options.out, options.device, names, surfels, T_map_cams); !painted)
       return painted.error();
   }

@@ -5,7 +5,7 @@
 
 #include "edge_agent/agent_config.h"
 #include "fleet_tools/export/map_points.h"
-#include "fleet_tools/replay/contributor_order.h"
+#include "fleet_tools/render/robot_order.h"
 #include "fleet_tools/replay/run_folder.h"
 #include "fleet_tools/replay/run_trajectory.h"
 #include "fleet_tools/report/map_pictures.h"
@@ -152,7 +152,11 @@ Json reportJson(const ReplayOptions& options, const ReplayOutcome& outcome, cons
   Json report;
   for (const AgentReport& robot : outcome.robots)
     report["robots"][robot.robot] = robotJson(robot, content, largestMap(content, robot.robot));
-  for (auto& [name, robot] : report["robots"].items()) robot["colour"] = orderOf(options.robots, name);
+  std::vector<std::string> names;
+  for (const ReplayRobot& robot : options.robots) names.push_back(robot.name);
+  names = orderByName(content.robots, names);
+  for (size_t i = 0; i < names.size(); ++i)
+    if (report["robots"].contains(names[i])) report["robots"][names[i]]["colour"] = i;
   report["timeline"] = timelineJson(content);
   report["parameters"] = parametersJson(options);
   report["maps"] = Json::array();
@@ -238,7 +242,7 @@ Result<Json> writeRunOutputs(const ReplayOptions& options, const ReplayOutcome& 
   std::vector<Pose> T_map_cams;
   for (const auto& [id, keyframe] : content->keyframes)
     if (keyframe.map == largest) T_map_cams.push_back(keyframe.T_map_cam);
-  const auto names = orderContributors(options.robots, content->robots, surfels);
+  const auto names = orderContributors(content->robots, surfels);
   if (!surfels.empty())
     if (auto painted = paintMap(options.out, options.device, names, surfels, T_map_cams); !painted)
       return painted.error();

@@ -44,9 +44,7 @@ Result<void> paintMap(const std::string& folder, const std::string& device_choic
   for (const Picture& picture : kPictures) {
     const PictureView view = picture.from_above ? topView(surfels, up, kPictureWidth, kPictureHeight)
                                                 : orbitView(surfels, up, kPictureWidth, kPictureHeight);
-    const auto legend =
-        picture.colouring == Colouring::kContribution ? std::span(robots) : std::span<const std::string>();
-    auto image = renderPicture(*device, surfels, view, picture.colouring, legend);
+    auto image = renderPicture(*device, surfels, view, picture.colouring, legendOf(picture.colouring, robots));
     if (!image) return image.error();
     if (auto written = writeColourPng(folder + "/" + picture.name, *image); !written) return written.error();
   }

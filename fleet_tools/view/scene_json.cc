@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "fleet_tools/render/picture_legend.h"
+#include "fleet_tools/render/robot_order.h"
 #include "fleet_tools/store/record_json.h"
 
 namespace comap {
@@ -58,8 +59,11 @@ std::string siteJson(const SiteView& site) {
 
 std::string robotsJson(const std::vector<RobotView>& robots) {
   Json json = document("robots"), list = Json::array();
+  std::vector<std::string> names;
+  for (const RobotView& robot : robots) names.push_back(robot.name);
+  const std::vector<size_t> places = placesByName(names);
   for (size_t i = 0; i < robots.size(); ++i) {
-    const Rgb colour = robotColour(i);
+    const Rgb colour = robotColour(places[i]);
     list.push_back({{"name", robots[i].name},
                     {"colour", {colour.r, colour.g, colour.b}},
                     {"state", robots[i].state},

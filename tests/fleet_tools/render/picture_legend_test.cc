@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "fleet_tools/render/picture_text.h"
+#include "fleet_tools/render/surfel_renderer.h"
 
 namespace comap {
 namespace {
@@ -74,7 +75,7 @@ Square squareOf(const ColourImage& picture, size_t robot) {
 TEST(PictureLegend, EachRobotHasItsColourAndItsName) {
   ColourImage picture(640, 320, kGround);
   const std::vector<std::string> robots = {"kitchen", "r2"};
-  drawLegend(picture, robots);
+  drawLegend(picture, robotLegend(robots));
   const Square first = squareOf(picture, 0), second = squareOf(picture, 1);
   ASSERT_GE(first.left, 0);
   EXPECT_EQ(first.top, second.top);
@@ -94,7 +95,7 @@ TEST(PictureLegend, WhoDoesNotFitBeginsALine) {
   ColourImage picture(300, 400, kGround);
   std::vector<std::string> robots;
   for (int i = 0; i < 8; ++i) robots.push_back("robot-number-" + std::to_string(i));
-  drawLegend(picture, robots);
+  drawLegend(picture, robotLegend(robots));
   int top = -1, lines = 0;
   for (size_t robot = 0; robot < robots.size(); ++robot) {
     const Square square = squareOf(picture, robot);
@@ -107,9 +108,28 @@ TEST(PictureLegend, WhoDoesNotFitBeginsALine) {
   EXPECT_GE(lines, 3);
 }
 
+TEST(PictureLegend, EachColouringSaysWhatItsColoursAre) {
+  const auto namesOf = [](Colouring colouring) {
+    std::vector<std::string> names;
+    for (const LegendEntry& entry : legendOf(colouring, std::vector<std::string>{"a", "b"}))
+      names.push_back(entry.name);
+    return names;
+  };
+  EXPECT_TRUE(namesOf(Colouring::kRgb).empty());
+  EXPECT_EQ(namesOf(Colouring::kContribution), (std::vector<std::string>{"a", "b"}));
+  EXPECT_EQ(namesOf(Colouring::kNormal), (std::vector<std::string>{"x", "-x", "y", "-y", "z", "-z"}));
+  EXPECT_EQ(namesOf(Colouring::kConfidence), (std::vector<std::string>{"1", "3", "7", "19", "50"}));
+  const auto normals = legendOf(Colouring::kNormal, {});
+  EXPECT_EQ(normals[0].colour, (Rgb{255, 128, 128}));
+  EXPECT_EQ(normals[3].colour, (Rgb{128, 0, 128}));
+  const auto weights = legendOf(Colouring::kConfidence, {});
+  EXPECT_EQ(weights.front().colour, (Rgb{68, 1, 84}));
+  EXPECT_EQ(weights.back().colour, (Rgb{253, 231, 37}));
+}
+
 TEST(PictureLegend, ASmallPictureIsNoReasonToFail) {
   ColourImage picture(16, 16, kGround);
-  drawLegend(picture, std::vector<std::string>(9, "a-name-that-is-far-too-long"));
+  drawLegend(picture, robotLegend(std::vector<std::string>(9, "a-name-that-is-far-too-long")));
   drawLegend(picture, {});
   EXPECT_EQ(picture.height(), 16);
 }

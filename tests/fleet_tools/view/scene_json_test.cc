@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "fleet_tools/render/picture_legend.h"
+
 namespace comap {
 namespace {
 
@@ -32,6 +34,18 @@ TEST(SceneJson, KeyframesNameTheirRobotAndMapByNumberAndKeepLargeSessions) {
   EXPECT_EQ(json.at("maps")[row[3].get<size_t>()], "m2");
   EXPECT_EQ(row[8], 1.25);
   EXPECT_EQ(row.back(), 1.0);
+}
+
+TEST(SceneJson, RobotsHaveTheColoursOfTheirNamesInTheOrderOfTheirBits) {
+  const std::vector<RobotView> robots = {{"b", "stored", 1, 0, 0, "m", {}}, {"a", "stored", 1, 0, 0, "m", {}}};
+  const Json json = Json::parse(robotsJson(robots)).at("robots");
+  EXPECT_EQ(json[0].at("name"), "b");
+  const auto colourOf = [](size_t place) {
+    const Rgb c = robotColour(place);
+    return Json({c.r, c.g, c.b});
+  };
+  EXPECT_EQ(json[0].at("colour"), colourOf(1));
+  EXPECT_EQ(json[1].at("colour"), colourOf(0));
 }
 
 TEST(SceneJson, OnlyMatchesWithinOneMapAreEdges) {
