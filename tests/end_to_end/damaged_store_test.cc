@@ -1,9 +1,15 @@
 // A store that a disk has damaged: named, saved, and its map made anew.
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <thread>
+#include <vector>
 
 #include "tests/end_to_end/background.h"
 #include "tests/end_to_end/flat_test.h"
@@ -80,6 +86,40 @@ TEST_F(DamagedStore, IsNamedAndSaved) {
   run("fleet recover --json " + store + " --out " + again);
   EXPECT_FALSE(std::filesystem::exists(again + ".part"));
   EXPECT_EQ(run("fleet info --json " + again).at("keyframes").get<size_t>(), keyframes - 1);
+}
+
+// Only one of several makes the new store, and the others say why they do not.
+TEST_F(DamagedStore, IsSavedOnceWhoeverAsks) {
+  run("fleet replay --json --link loopback --robot a=" + flat_ + "/a@0:20 --out " + folder_.path("run"));
+  const std::string store = folder_.path("run/map.comap"), second = folder_.path("second.comap");
+  std::filesystem::copy_file(store, second);
+  const std::string saved = folder_.path("saved.comap"), draft = saved + ".part-lock";
+  {
+    std::ofstream mine(draft);
+    const int file = open(draft.c_str(), O_RDWR);
+    ASSERT_EQ(flock(file, LOCK_EX), 0);
+    const ProgramRun refused = runProgram("fleet recover " + second + " --later --out " + saved);
+    EXPECT_EQ(refused.exit_code, 3);
+    EXPECT_NE(refused.err.find("another fleet recover is making it"), std::string::npos) << refused.err;
+    close(file);
+  }
+  {
+    std::vector<std::unique_ptr<Background>> several;
+    for (int i = 0; i < 4; ++i)
+      several.push_back(std::make_unique<Background>(
+          "fleet", std::vector<std::string>{"recover", i % 2 == 0 ? store : second, "--later", "--out", saved},
+          folder_.path("log" + std::to_string(i))));
+    int made = 0;
+    for (auto& one : several) made += one->wait() == 0;
+    EXPECT_EQ(made, 1);
+  }
+  EXPECT_TRUE(run("fleet doctor --json " + saved).at("whole").get<bool>());
+  EXPECT_FALSE(std::filesystem::exists(saved + ".part"));
+  EXPECT_FALSE(std::filesystem::exists(draft));
+
+  const ProgramRun nowhere = runProgram("fleet recover " + store + " --later --out " + folder_.path("no/new.comap"));
+  EXPECT_EQ(nowhere.exit_code, 3);
+  EXPECT_NE(nowhere.err.find("/no does not exist"), std::string::npos) << nowhere.err;
 }
 
 }  // namespace
