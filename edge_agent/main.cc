@@ -24,6 +24,7 @@
 #include "protocol/link/dds_link.h"
 #include "protocol/link/loopback_link.h"
 #include "protocol/program/service_arguments.h"
+#include "protocol/program/standard_output.h"
 #include "protocol/telemetry/stage_clock.h"
 #include "protocol/types/counted.h"
 #include "protocol/types/whole_file.h"
@@ -229,6 +230,7 @@ int run(const Arguments& arguments, const Log& early) {
 }  // namespace comap
 
 int main(int argc, char** argv) {
+  comap::failOnLostOutput("edge_agent");
   comap::Arguments arguments;
   CLI::App app("A robot's agent: tracks its RGB-D stream, ships keyframes to the mapping core, takes map tiles back.",
                "edge_agent");

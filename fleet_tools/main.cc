@@ -5,8 +5,10 @@
 
 #include "fleet_tools/command_line/fleet_app.h"
 #include "fleet_tools/command_line/text_table.h"
+#include "protocol/program/standard_output.h"
 
 int main(int argc, char** argv) {
+  comap::failOnLostOutput("fleet");
   int exit_code = 0;
   const auto app = comap::makeFleetApp(exit_code);
   const auto verbs = app->get_subcommands({});

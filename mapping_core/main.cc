@@ -12,9 +12,11 @@
 #include "mapping_core/service/core_metrics.h"
 #include "mapping_core/service/core_report.h"
 #include "mapping_core/service/ros2_map.h"
+#include "mapping_core/store/store_log.h"
 #include "protocol/discovery/discovery_server.h"
 #include "protocol/link/dds_link.h"
 #include "protocol/program/service_arguments.h"
+#include "protocol/program/standard_output.h"
 #include "protocol/types/whole_file.h"
 
 namespace comap {
@@ -150,8 +152,11 @@ int run(const Arguments& arguments, const Log& early) {
   device_options.cache_directory = gpu::defaultCacheDirectory();
   auto device = gpu::Device::create(device_options);
   if (!device) return failWith(device.error());
+  const LogEnd log_end = lookAtLog(config->store);
   auto store = MapStore::open(config->store, MapStore::Mode::kCreateOrOpen);
   if (!store) return failWith(withRemedy(store.error(), config->store));
+  if (!log_end.damage.empty()) log.error(config->store + ": " + log_end.damage);
+  if (!log_end.remark.empty()) log.info(config->store + ": " + log_end.remark);
   std::optional<Ros2Map> ros2;
   if (config->ros2.enabled) {
     auto started = Ros2Map::start(config->ros2, config->link.domain);
@@ -176,6 +181,7 @@ int run(const Arguments& arguments, const Log& early) {
 }  // namespace comap
 
 int main(int argc, char** argv) {
+  comap::failOnLostOutput("mapping_core");
   comap::Arguments arguments;
   CLI::App app("The mapping core: takes the keyframes of all robots of a site and makes one dense map of them.",
                "mapping_core");

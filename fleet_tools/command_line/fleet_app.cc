@@ -1,6 +1,7 @@
 #include "fleet_tools/command_line/fleet_app.h"
 
 #include "fleet_tools/command_line/verb.h"
+#include "protocol/program/service_arguments.h"
 
 namespace comap {
 
@@ -11,11 +12,12 @@ std::unique_ptr<CLI::App> makeFleetApp(int& exit_code) {
   app->footer(
       "Exit codes: 0 ok, 1 problem found, 2 wrong use, 3 cannot reach or read.\n"
       "'fleet VERB --help' tells more and gives an example.");
-  for (const auto add : {addSynthVerb, addReplayVerb, addEvaluateVerb, addExportVerb, addRenderVerb, addViewVerb,
-                         addWatchVerb, addInfoVerb, addMatchesVerb, addMergesVerb, addSplitVerb, addForgetVerb,
-                         addFinishVerb, addKeysVerb, addDiscoveryVerb, addDoctorVerb, addRecoverVerb, addManVerb,
-                         addCompletionVerb})
+  for (const auto add :
+       {addSynthVerb, addReplayVerb, addEvaluateVerb, addExportVerb, addRenderVerb, addViewVerb, addWatchVerb,
+        addInfoVerb, addMatchesVerb, addMergesVerb, addSplitVerb, addForgetVerb, addFinishVerb, addKeysVerb,
+        addDiscoveryVerb, addDoctorVerb, addRecoverVerb, addManVerb, addCompletionVerb})
     add(*app, exit_code);
+  refuseEmptyValues(*app);
   return app;
 }
 

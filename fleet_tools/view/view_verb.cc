@@ -1,6 +1,7 @@
 #include <signal.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
 
@@ -33,10 +34,13 @@ class Scenes {
  public:
   Result<void> open(const ViewOptions& options) {
     if (!options.store.empty()) {
-      Result<StoreScene> store = StoreScene::open(options.store, !options.live);
-      if (!store) return store.error();
-      store_.emplace(std::move(*store));
-      if (const auto read = store_->refresh(feed_); !read) return read.error();
+      awaited_ = options.store;
+      std::error_code none;
+      if (options.live && !std::filesystem::exists(awaited_, none))
+        std::fprintf(stderr, "fleet: %s: is not there yet; it is shown as soon as a core has made it\n",
+                     awaited_.c_str());
+      else if (const auto read = openStore(!options.live); !read)
+        return read.error();
     }
     if (!options.live) return {};
     std::string name;
@@ -50,7 +54,7 @@ class Scenes {
   // Called ten times a second.
   void follow() {
     bool changed = false;
-    if (store_ && std::chrono::steady_clock::now() - looked_ >= kStoreLook) {
+    if ((store_ || !awaited_.empty()) && std::chrono::steady_clock::now() - looked_ >= kStoreLook) {
       looked_ = std::chrono::steady_clock::now();
       changed = look();
     }
@@ -68,9 +72,18 @@ class Scenes {
   const ViewFeed& feed() const { return feed_; }
 
  private:
+  Result<bool> openStore(bool with_tiles) {
+    Result<StoreScene> store = StoreScene::open(awaited_, with_tiles);
+    if (!store) return store.error();
+    store_.emplace(std::move(*store));
+    awaited_.clear();
+    return store_->refresh(feed_);
+  }
+
   // True if the store has changed. While it cannot be read, what was read before is shown; that is told once.
   bool look() {
-    const auto read = store_->refresh(feed_);
+    const auto read = store_ ? store_->refresh(feed_) : openStore(false);
+    if (!read && !store_) return false;  // a core makes it just now
     if (!read && readable_)
       std::fprintf(stderr, "fleet: %s; the page shows what was read before, and it is tried again\n",
                    read.error().text.c_str());
@@ -80,6 +93,7 @@ class Scenes {
 
   ViewFeed feed_;
   std::optional<StoreScene> store_;
+  std::string awaited_;  // a store that is not open yet
   std::optional<LiveScene> live_;
   std::chrono::steady_clock::time_point looked_ = std::chrono::steady_clock::now();
   bool readable_ = true;
@@ -115,7 +129,7 @@ void addViewVerb(CLI::App& app, int& exit_code) {
   verb->footer(
       "Prints the address to open and serves until Ctrl-C. A store that a core is writing may be viewed; the page\n"
       "follows it. --live listens to a running core and asks it for tiles; with its STORE too, keyframes have "
-      "pictures.\n"
+      "pictures;\nit may be made later.\n"
       "Nothing is fetched from elsewhere, and pages of other sites are not let in.\n"
       "Example: fleet view run/map.comap --port 8420\n"
       "Example: fleet view --live --site flat");

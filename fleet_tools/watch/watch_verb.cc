@@ -89,7 +89,11 @@ int run(const WatchOptions& options) {
     if (g_stop == 0 && (core_there || screen)) tell(options, watch, core_there, screen ? &*screen : nullptr);
     if (options.for_s > 0 && std::chrono::duration<double>(now - start).count() >= options.for_s) break;
   }
-  return 0;
+  if (ever || g_stop != 0) return 0;
+  screen.reset();
+  return failWith({ErrorCode::kUnreachable, "no mapping core of site '" + options.link.site + "' on DDS domain " +
+                                                std::to_string(options.link.domain) + " was heard within the " +
+                                                fixed(options.for_s, 0) + " s of --for"});
 }
 
 }  // namespace
@@ -98,10 +102,9 @@ void addWatchVerb(CLI::App& app, int& exit_code) {
   auto* verb =
       app.add_subcommand("watch", "A running site at a glance: robots, tracking, queues, maps, merges, verdicts");
   verb->footer(
-      "Redraws in place on a terminal, writes a line a second into a pipe; ends with q or Ctrl-C. Exit code 3 if no "
-      "core "
-      "is\n"
-      "heard for --wait seconds. SENT counts keyframes that the core has acknowledged; bytes are not told to "
+      "Redraws in place on a terminal, writes a line a second into a pipe; ends with q or Ctrl-C. Exit code 3 if no\n"
+      "core is heard for --wait seconds, or within the whole of --for. SENT counts keyframes that the core has "
+      "acknowledged; bytes are not told to "
       "observers.\n"
       "Example: fleet watch --site flat");
   auto options = std::make_shared<WatchOptions>();

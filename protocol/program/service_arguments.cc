@@ -16,15 +16,15 @@ std::string valueOf(const std::string& name, int argc, const char* const* argv) 
   return {};
 }
 
-// A mistake of whoever wrote the command (a variable without a value, say), not the same as no option.
+}  // namespace
+
 void refuseEmptyValues(CLI::App& app) {
   for (CLI::Option* option : app.get_options()) {
     if (option->get_expected_max() == 0) continue;  // a flag
     option->check([](const std::string& value) { return value.empty() ? "its value is empty" : std::string(); });
   }
+  for (CLI::App* verb : app.get_subcommands({})) refuseEmptyValues(*verb);
 }
-
-}  // namespace
 
 Log earlyLog(int argc, const char* const* argv, const std::string& program) {
   TelemetryOptions options;

@@ -21,8 +21,12 @@ struct ServiceArguments {
 /// for what is told until then.
 Log earlyLog(int argc, const char* const* argv, const std::string& program);
 
-/// Parses; an empty value is as wrong as an unknown option. The exit code if the program is to end: 0 if only help, version or the like was asked for, 2 if the command
-/// line is wrong, which `log` is told.
+/// An empty value of an option is refused, in verbs as well: a mistake of whoever wrote the command (a variable without
+/// a value, say), not the same as no option.
+void refuseEmptyValues(CLI::App& app);
+
+/// Parses; an empty value is as wrong as an unknown option. The exit code if the program is to end: 0 if only help,
+/// version or the like was asked for, 2 if the command line is wrong, which `log` is told.
 std::optional<int> parse(CLI::App& app, int argc, const char* const* argv, const Log& log);
 
 /// Adds the options that fill `arguments`, which must live until `app` has parsed. `site` and `ros2` say in the help

@@ -136,6 +136,46 @@ TEST_F(BadInput, WhatIsNotThereIsAnsweredWithWhatIs) {
   }
 }
 
+TEST_F(BadInput, OutputThatCannotBeWrittenIsNoSuccess) {
+  ASSERT_EQ(replay("--robot a=" + flat_ + "/a@0:20").exit_code, 0);
+  const std::string store = folder_.path("run/map.comap"), said = folder_.path("said");
+  for (const std::string& command :
+       {std::string("fleet --help"), std::string("fleet --version"), std::string("fleet info --help"),
+        "fleet info " + store, "fleet info --json " + store, "fleet matches " + store, "fleet matches --json " + store,
+        "fleet merges " + store, "fleet doctor " + store, "fleet evaluate " + folder_.path("run"),
+        std::string("fleet completion bash"), std::string("mapping_core --print-config"),
+        std::string("mapping_core --list-devices"), std::string("mapping_core --help"),
+        std::string("edge_agent --print-config --robot a"), std::string("edge_agent --list-sources"),
+        std::string("edge_agent --man")}) {
+    EXPECT_EQ(runProgram(command).exit_code, 0) << command;
+    EXPECT_EQ(runProgram(command + " >/dev/full 2>" + said + "; exit $?").exit_code, 3) << command;
+    EXPECT_THAT(contentOf(said), HasSubstr(": cannot write all of its output")) << command;
+  }
+  EXPECT_EQ(runProgram("fleet info " + folder_.path("nowhere.comap") + " >/dev/full; exit $?").exit_code, 3);
+  EXPECT_EQ(runProgram("fleet info --help | true").exit_code, 0) << "who has read enough may close a pipe";
+}
+
+TEST_F(BadInput, AnEmptyNameIsToldAsSuch) {
+  for (const std::string command : {"fleet man ''", "fleet evaluate ''", "fleet info ''", "fleet view ''",
+                                    "fleet recover x --out ''", "fleet render x --out ''"}) {
+    const ProgramRun run = runProgram(command);
+    EXPECT_EQ(run.exit_code, 2) << command;
+    EXPECT_THAT(run.err + run.out, HasSubstr("its value is empty")) << command;
+  }
+}
+
+TEST_F(BadInput, APictureIsNotNamedAsWhatItIsNot) {
+  const ProgramRun run = runProgram("fleet render x.comap --out " + folder_.path("map.jpg"));
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("map.jpg: a PNG file is written, expected a name that ends in .png"));
+}
+
+TEST_F(BadInput, WatchingASiteWithoutACoreIsNoSuccess) {
+  const ProgramRun run = runProgram("fleet watch --site nobody-is-here --domain 229 --for 1 --wait 60");
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err, HasSubstr("was heard within the 1 s of --for"));
+}
+
 TEST_F(BadInput, NoProgramWritesOverADatabase) {
   const std::string database = folder_.path("other.comap"), content = std::string("SQLite format 3\0and more", 24);
   const std::string agent =
