@@ -81,9 +81,11 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
   const Result<int64_t> version = database->integer("PRAGMA user_version");
   if (!version) return version.error();
   if (mode == Mode::kReadOnly && *version < kStoreVersion)
-    return Error{ErrorCode::kBadData, absolute + ": schema version " + std::to_string(*version) +
-                                          " is of an older release: mapping_core --store brings it to this one's, " +
-                                          std::to_string(kStoreVersion)};
+    return Error{ErrorCode::kBadData,
+                 absolute + ": schema version " + std::to_string(*version) +
+                     " is of an older release: mapping_core --store, or fleet finish, brings it to "
+                     "this one's, " +
+                     std::to_string(kStoreVersion)};
   if (mode == Mode::kReadOnly) {
     return MapStore(std::make_unique<State>(std::move(*database), std::move(lock)));
   }

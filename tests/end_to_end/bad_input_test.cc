@@ -142,11 +142,10 @@ TEST_F(BadInput, OutputThatCannotBeWrittenIsNoSuccess) {
   for (const std::string& command :
        {std::string("fleet --help"), std::string("fleet --version"), std::string("fleet info --help"),
         "fleet info " + store, "fleet info --json " + store, "fleet matches " + store, "fleet matches --json " + store,
-        "fleet merges " + store, "fleet doctor " + store, "fleet evaluate " + folder_.path("run"),
-        std::string("fleet completion bash"), std::string("mapping_core --print-config"),
-        std::string("mapping_core --list-devices"), std::string("mapping_core --help"),
-        std::string("edge_agent --print-config --robot a"), std::string("edge_agent --list-sources"),
-        std::string("edge_agent --man")}) {
+        "fleet merges " + store, "fleet doctor " + store, std::string("fleet completion bash"),
+        std::string("mapping_core --print-config"), std::string("mapping_core --list-devices"),
+        std::string("mapping_core --help"), std::string("edge_agent --print-config --robot a"),
+        std::string("edge_agent --list-sources"), std::string("edge_agent --man")}) {
     EXPECT_EQ(runProgram(command).exit_code, 0) << command;
     EXPECT_EQ(runProgram(command + " >/dev/full 2>" + said + "; exit $?").exit_code, 3) << command;
     EXPECT_THAT(contentOf(said), HasSubstr(": cannot write all of its output")) << command;
