@@ -113,7 +113,7 @@ TEST_F(StoreVerbs, infoTellsWhatIsThere) {
   const auto info = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(info["keyframes"], 6);
   EXPECT_EQ(info["version"], "0.1.0");
-  EXPECT_EQ(info["schema_version"], 3);
+  EXPECT_EQ(info["schema_version"], 4);
   EXPECT_EQ(info["robots"][1]["name"], "bravo");
   EXPECT_EQ(info["robots"][1]["keyframes"], 3);
   EXPECT_EQ(info["robots"][1]["bytes"], 3000);
