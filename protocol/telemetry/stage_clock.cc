@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cinttypes>
 #include <cstring>
+#include <filesystem>
 
 #include "protocol/types/whole_file.h"
 
@@ -27,7 +28,10 @@ StageClock& StageClock::process() {
 }
 
 Result<void> StageClock::traceTo(const std::string& path) {
-  if (auto regular = checkRegular(path); !regular) return regular;
+  std::error_code none;
+  if (!std::filesystem::is_character_file(path, none)) {  // a pipe that nobody reads would not even open
+    if (auto regular = checkRegular(path); !regular) return regular;
+  }
   if (auto free = checkReplaceable(path, FileKind::kJson); !free) return free;
   const std::scoped_lock lock(mutex_);
   trace_.reset(std::fopen(path.c_str(), "w"));

@@ -332,11 +332,11 @@ TEST_F(BadInput, NoVulkanDevice) {
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.err, HasSubstr("Vulkan"));
   expectNoRun();
-  EXPECT_EQ(runProgram("mapping_core --store " + folder_.path("m.comap"), none).exit_code, 3);
+  EXPECT_EQ(runProgram("mapping_core --domain 93 --store " + folder_.path("m.comap"), none).exit_code, 3);
 }
 
 TEST_F(BadInput, DeviceThatIsNotThere) {
-  const ProgramRun run = runProgram("mapping_core --device 99 --store " + folder_.path("m.comap"));
+  const ProgramRun run = runProgram("mapping_core --device 99 --domain 94 --store " + folder_.path("m.comap"));
   EXPECT_NE(run.exit_code, 0);
   EXPECT_THAT(run.err, HasSubstr("99"));
 }
