@@ -1,57 +1,11 @@
 #include "mapping_core/tiles/tile_cutter.h"
 
 #include <algorithm>
-#include <bit>
+#include <tuple>
 
 #include "mapping_core/tiles/tile_entry.h"
 
 namespace comap {
-namespace {
-
-// Of the entries of one tile the surest of each cube, the least of equally sure ones; all if cubes have no size. A hash
-// table, as sorting by cubes took half of the time that a merge's tiles do.
-class SurestOfCubes {
- public:
-  SurestOfCubes(size_t most, double spacing_m) : spacing_m_(spacing_m) {
-    entries_.reserve(most);
-    if (spacing_m <= 0) return;
-    confidence_.reserve(most);
-    cubes_.reserve(most);
-    slots_.assign(std::bit_ceil(2 * most + 1), kFree);
-  }
-
-  void add(const TileEntry& entry, float confidence) {
-    if (spacing_m_ <= 0) {
-      entries_.push_back(entry);
-      return;
-    }
-    const uint64_t cube = cubeOf(entry, spacing_m_);
-    size_t at = (cube * 0x9e3779b97f4a7c15u >> 20) & (slots_.size() - 1);
-    while (slots_[at] != kFree && cubes_[slots_[at]] != cube) at = (at + 1) & (slots_.size() - 1);
-    const uint32_t i = slots_[at];
-    if (i == kFree) {
-      slots_[at] = static_cast<uint32_t>(entries_.size());
-      entries_.push_back(entry);
-      confidence_.push_back(confidence);
-      cubes_.push_back(cube);
-    } else if (confidence > confidence_[i] || (confidence == confidence_[i] && entry < entries_[i])) {
-      entries_[i] = entry;
-      confidence_[i] = confidence;
-    }
-  }
-
-  std::vector<TileEntry> entries() && { return std::move(entries_); }
-
- private:
-  static constexpr uint32_t kFree = ~0u;
-  double spacing_m_;
-  std::vector<TileEntry> entries_;
-  std::vector<float> confidence_;
-  std::vector<uint64_t> cubes_;
-  std::vector<uint32_t> slots_;
-};
-
-}  // namespace
 
 std::vector<Tile> TileCutter::cut(const MapId& map, const SurfelChanges& changes, RowWorkers* workers) {
   std::set<uint64_t> changed;
@@ -129,17 +83,29 @@ bool TileCutter::put(uint64_t tile, uint64_t block, std::vector<Grain> grains) {
 }
 
 Tile TileCutter::tileOf(const MapId& map, uint64_t tile) const {
-  const std::vector<Piece>& pieces = pieces_.at(tile);
-  size_t count = 0;
-  for (const Piece& piece : pieces) count += piece.grains.size();
-  SurestOfCubes surest(count, double{options_.spacing_m});
-  for (const Piece& piece : pieces)
-    for (const Grain& grain : piece.grains) surest.add({tile, grain.position, grain.rest}, grain.confidence);
-  std::vector<TileEntry> entries = std::move(surest).entries();
-  std::sort(entries.begin(), entries.end());
+  struct Spaced {
+    uint64_t cube;
+    float confidence;
+    TileEntry entry;
+  };
+  std::vector<Spaced> spaced;
+  const double spacing_m = double{options_.spacing_m};
+  for (const Piece& piece : pieces_.at(tile))
+    for (const Grain& grain : piece.grains) {
+      const TileEntry entry{tile, grain.position, grain.rest};
+      spaced.push_back({spacing_m > 0 ? cubeOf(entry, spacing_m) : 0, grain.confidence, entry});
+    }
+  if (spacing_m > 0) {
+    std::sort(spaced.begin(), spaced.end(), [](const Spaced& a, const Spaced& b) {
+      return std::tie(a.cube, b.confidence, a.entry) < std::tie(b.cube, a.confidence, b.entry);
+    });
+    const auto same = [](const Spaced& a, const Spaced& b) { return a.cube == b.cube; };
+    spaced.erase(std::unique(spaced.begin(), spaced.end(), same), spaced.end());
+  }
+  std::sort(spaced.begin(), spaced.end(), [](const Spaced& a, const Spaced& b) { return a.entry < b.entry; });
   Tile result{keyOf(map, {tile, 0, 0}), 0};
-  result.surfels.reserve(entries.size());
-  for (const TileEntry& entry : entries) result.surfels.push_back(surfelOf(entry));
+  result.surfels.reserve(spaced.size());
+  for (const Spaced& one : spaced) result.surfels.push_back(surfelOf(one.entry));
   return result;
 }
 
