@@ -1,13 +1,12 @@
 #include "mapping_core/store/copy_rows.h"
 
-#include <zlib.h>
-
 #include <filesystem>
 #include <limits>
 
 #include "mapping_core/store/schema.h"
 #include "mapping_core/store/survey_keyframes.h"
 #include "mapping_core/store/survey_rows.h"
+#include "protocol/codec/message_checksum.h"
 
 namespace comap {
 namespace {
@@ -126,7 +125,7 @@ Result<void> describe(Database& to, Database& from, const StoredKeyframe& keyfra
   if (!row) return row.error();
   row->bind(int64_t{keyframe.arrival}).bind(keyframe.id).bind(keyframe.stamp_ns);
   row->bind(static_cast<int64_t>(message->size()));
-  return row->bind(static_cast<int64_t>(crc32_z(0, message->data(), message->size()))).run();
+  return row->bind(int64_t{messageChecksum(*message)}).run();
 }
 
 // Together: what is wrong with one of the three tables changes what is wanted of the others.

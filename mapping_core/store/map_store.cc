@@ -1,8 +1,6 @@
 // Opening, keyframes and their poses, robots, meta.
 #include "mapping_core/store/map_store.h"
 
-#include <zlib.h>
-
 #include <filesystem>
 #include <optional>
 
@@ -10,6 +8,7 @@
 #include "mapping_core/store/schema.h"
 #include "mapping_core/store/store_lock.h"
 #include "mapping_core/store/table_rows.h"
+#include "protocol/codec/message_checksum.h"
 
 namespace comap {
 namespace {
@@ -39,10 +38,6 @@ Result<void> checkFile(const std::string& path, MapStore::Mode mode) {
   if (status.type() != fs::file_type::regular)
     return Error{ErrorCode::kUnreachable, path + ": is no regular file, expected a map store"};
   return {};
-}
-
-uint32_t checksum(std::span<const uint8_t> bytes) {
-  return static_cast<uint32_t>(crc32_z(0, bytes.data(), bytes.size()));
 }
 
 // The contributor bit of the robot: its place in the order of first arrival.
@@ -147,7 +142,7 @@ Result<bool> MapStore::addKeyframe(const KeyframeId& id, int64_t stamp_ns, std::
       "SELECT coalesce(max(arrival) + 1, 0), ?, ?, ?, ?, ?, ? FROM keyframes WHERE true "
       "ON CONFLICT (robot, session, sequence) DO NOTHING");
   if (!row) return row.error();
-  row->bind(id).bind(stamp_ns).bind(static_cast<int64_t>(encoded.size())).bind(int64_t{checksum(encoded)});
+  row->bind(id).bind(stamp_ns).bind(static_cast<int64_t>(encoded.size())).bind(int64_t{messageChecksum(encoded)});
   if (Result<void> ran = row->run(); !ran) return ran.error();
   if (database.changes() == 0) return false;  // rolled back: nothing to write
 
@@ -197,9 +192,10 @@ Result<std::vector<uint8_t>> MapStore::encodedKeyframe(const KeyframeId& id) con
   if (!*row) return Error{ErrorCode::kWrongUse, path + ": holds no keyframe " + toString(id)};
   const int64_t expected = query->integer();
   const std::span<const uint8_t> bytes = query->bytes();
-  if (checksum(bytes) != expected) {
+  if (messageChecksum(bytes) != expected) {
     return Error{ErrorCode::kBadData, path + ": keyframe " + toString(id) + " is damaged: its checksum is " +
-                                          std::to_string(checksum(bytes)) + ", expected " + std::to_string(expected)};
+                                          std::to_string(messageChecksum(bytes)) + ", expected " +
+                                          std::to_string(expected)};
   }
   return std::vector<uint8_t>(bytes.begin(), bytes.end());
 }

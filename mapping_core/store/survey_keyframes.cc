@@ -1,7 +1,5 @@
 #include "mapping_core/store/survey_keyframes.h"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <limits>
 #include <unordered_map>
@@ -11,6 +9,7 @@
 #include "mapping_core/store/survey_rows.h"
 #include "mapping_core/store/table_rows.h"
 #include "protocol/codec/keyframe_codec.h"
+#include "protocol/codec/message_checksum.h"
 
 namespace comap {
 namespace {
@@ -63,7 +62,7 @@ struct ReadKeyframe {
 
 // Against its checksum; a message whose row is lost must be readable to the last pixel.
 Result<ReadKeyframe> readMessage(std::span<const uint8_t> message, const Description* description) {
-  if (description != nullptr && crc32_z(0, message.data(), message.size()) != static_cast<uLong>(description->crc32))
+  if (description != nullptr && messageChecksum(message) != description->crc32)
     return damagedRow(toString(description->id) + ", its message is damaged (checksum)");
   const auto keyframe = description != nullptr ? decodeKeyframeWithoutImages(message) : decodeKeyframe(message);
   if (!keyframe) return damagedRow("its message is damaged (" + keyframe.error().text + ")");
