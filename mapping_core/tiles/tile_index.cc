@@ -4,6 +4,7 @@
 #include <set>
 
 #include "protocol/types/tile_distance.h"
+#include "protocol/types/tile_revision.h"
 
 namespace comap {
 namespace {
@@ -72,7 +73,7 @@ size_t TileIndex::update(const MapId& map, std::vector<Tile> tiles) {
 }
 
 size_t TileIndex::change(const MapId& map, std::vector<Tile> tiles) {
-  const uint64_t next = revision_ + 2;
+  const uint64_t next = revision_ + kRevisionStep;
   size_t changed = 0;
   for (Tile& tile : tiles) {
     tile.key.map = map;

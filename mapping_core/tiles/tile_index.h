@@ -64,7 +64,7 @@ class TileIndex {
 
  private:
   std::map<TileKey, Tile> tiles_;
-  uint64_t revision_;  // grows by two per update that changed anything: coarse forms have those between
+  uint64_t revision_;  // grows by kRevisionStep per update that changed anything
 };
 
 }  // namespace comap
