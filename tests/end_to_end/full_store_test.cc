@@ -49,6 +49,27 @@ class FullStore : public FlatTest {
     EXPECT_EQ(run.exit_code, 0) << run.err;
     return run.exit_code == 0 ? Json::parse(run.out) : Json();
   }
+  std::vector<std::string> coreArguments(int port) const {
+    return {"--domain",           "94",           "--core-site", site_, "--store", store_, "--status-port",
+            std::to_string(port), "--log-format", "json"};
+  }
+  std::vector<std::string> agentArguments() const {
+    return {"--domain",
+            "94",
+            "--core-site",
+            site_,
+            "--robot",
+            "a",
+            "--source",
+            "tum:" + flat_ + "/a@0:60",
+            "--realtime",
+            "--report",
+            folder_.path("a.json"),
+            "--patience",
+            "120",
+            "--outbox",
+            folder_.path("outbox")};
+  }
   // No file that the process writes grows beyond this.
   static void limitFiles(pid_t process, rlim_t bytes) {
     const rlimit limit{bytes, RLIM_INFINITY};
@@ -61,17 +82,10 @@ class FullStore : public FlatTest {
 
 TEST_F(FullStore, NothingIsAcknowledgedThatIsNotThereAndAllComesWhenThereIsRoom) {
   const int port = freePort();
-  Background core("mapping_core",
-                  {"--domain", "94", "--core-site", site_, "--store", store_, "--status-port", std::to_string(port),
-                   "--log-format", "json"},
-                  core_log_);
+  Background core("mapping_core", coreArguments(port), core_log_);
   ASSERT_TRUE(awaitLine(core_log_, "mapping core on", core)) << contentOf(core_log_);
   limitFiles(core.pid(), 600'000);
-  Background agent(
-      "edge_agent",
-      {"--domain", "94", "--core-site", site_, "--robot", "a", "--source", "tum:" + flat_ + "/a@0:60", "--realtime",
-       "--report", folder_.path("a.json"), "--patience", "120", "--outbox", folder_.path("outbox")},
-      folder_.path("a.log"));
+  Background agent("edge_agent", agentArguments(), folder_.path("a.log"));
   ASSERT_TRUE(awaitLine(core_log_, "the store takes no keyframes", core)) << contentOf(core_log_);
   EXPECT_THAT(contentOf(core_log_), HasSubstr(store_));
   EXPECT_TRUE(agent.runs());
@@ -95,16 +109,9 @@ TEST_F(FullStore, NothingIsAcknowledgedThatIsNotThereAndAllComesWhenThereIsRoom)
 
 TEST_F(FullStore, ADeletedStoreTakesNothingAndPutBackItTakesAll) {
   const int port = freePort();
-  Background core("mapping_core",
-                  {"--domain", "94", "--core-site", site_, "--store", store_, "--status-port", std::to_string(port),
-                   "--log-format", "json"},
-                  core_log_);
+  Background core("mapping_core", coreArguments(port), core_log_);
   ASSERT_TRUE(awaitLine(core_log_, "mapping core on", core)) << contentOf(core_log_);
-  Background agent(
-      "edge_agent",
-      {"--domain", "94", "--core-site", site_, "--robot", "a", "--source", "tum:" + flat_ + "/a@0:60", "--realtime",
-       "--report", folder_.path("a.json"), "--patience", "120", "--outbox", folder_.path("outbox")},
-      folder_.path("a.log"));
+  Background agent("edge_agent", agentArguments(), folder_.path("a.log"));
   ASSERT_TRUE(awaitLine(core_log_, "robot a is here", core)) << contentOf(core_log_);
   std::filesystem::rename(store_, folder_.path("aside"));
   ASSERT_TRUE(awaitLine(core_log_, "was deleted or moved away while this core writes it", core))
