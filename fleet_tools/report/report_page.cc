@@ -13,6 +13,7 @@
 #include "fleet_tools/report/report_style.h"
 #include "fleet_tools/report/svg.h"
 #include "fleet_tools/report/trajectory_plot.h"
+#include "protocol/types/counted.h"
 
 namespace comap {
 namespace {
@@ -164,11 +165,13 @@ std::string cards(const json& report) {
   const json* maps = find(report, {"maps"});
   const json* merges = find(report, {"merges"});
   std::string html = "<div class=\"cards\">\n";
-  if (!robots.empty()) html += card(std::to_string(robots.size()), "robots");
+  if (!robots.empty()) html += card(std::to_string(robots.size()), wordFor(robots.size(), "robot", "robots"));
   if (maps != nullptr && maps->is_array()) {
-    html += card(std::to_string(maps->size()), "maps at the end", maps->size() == 1 && robots.size() > 1 ? "good" : "");
+    const char* words = wordFor(maps->size(), "map at the end", "maps at the end");
+    html += card(std::to_string(maps->size()), words, maps->size() == 1 && robots.size() > 1 ? "good" : "");
   }
-  if (merges != nullptr && merges->is_array()) html += card(std::to_string(merges->size()), "merges");
+  if (merges != nullptr && merges->is_array())
+    html += card(std::to_string(merges->size()), wordFor(merges->size(), "merge", "merges"));
   if (!robots.empty()) html += card(std::to_string(keyframes), "keyframes");
   if (lost_known) html += card(std::to_string(lost), "keyframes lost", lost == 0 ? "good" : "bad");
   html += card(withUnit(cell(find(report, {"joint_ate_rmse_m"}), 1000, 1), "mm"), "joint trajectory error, RMSE");
