@@ -78,7 +78,7 @@ Result<std::unique_ptr<DiscoveryServer>> serveDiscovery(int port, DdsLinkOptions
 Error withRemedy(const Error& error, const std::string& store) {
   if (error.code != ErrorCode::kBadData) return error;
   return {error.code, error.text + "; if it is a map store, 'fleet doctor " + store +
-                          "' names what is damaged in it, " + "and 'fleet recover " + store +
+                          "' names what is damaged in it, and 'fleet recover " + store +
                           " --out NEW' saves what is whole"};
 }
 

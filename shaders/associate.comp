@@ -1,8 +1,8 @@
 // What the keyframe says about each surfel of the map, and which surfel it would update with each pixel.
 // Reads the list of visible surfels, place and shape, the keyframe's measurements and its raw inverse depth (negative:
-// too far to be fused, but what lies before it was seen through). Writes a
-// match word per visible surfel, the winning surfel per pixel (the surest, then nearest to the ray, then oldest), and
-// marks the pixels that need no new surfel because a disc covers them. One item = one visible surfel.
+// too far to be fused, but what lies before it was seen through). Writes a match word per visible surfel, the winning
+// surfel per pixel (the surest, then nearest to the ray, then oldest), and marks the pixels that need no new surfel
+// because a disc covers them. One item = one visible surfel.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "common/texels.glsl"

@@ -43,8 +43,8 @@ struct MapBuilderOptions {
   GraphOptions graph{.closure_sigma = 3};
   SearchOptions search;
   AskedPlacesOptions asked;
-  size_t cached_views = 40;
-  double move_m = 0.002;  ///< pose changes below leave the surfels alone
+  size_t cached_views = 40;  ///< ready for matching; 1.4 MB each at 640x480
+  double move_m = 0.002;     ///< pose changes below leave the surfels alone
 };
 
 /// What one keyframe caused.
