@@ -48,6 +48,14 @@ Result<void> registerRobot(Database& database, const std::string& robot) {
   return query->bind(robot).run();
 }
 
+// Who was killed while it opened or closed the store has left its last change half done, with a journal. SQLite takes
+// that back for whoever may write; a program that only reads would be refused.
+void takeBackHalfChange(const std::string& path) {
+  std::error_code none;
+  if (!fs::exists(path + "-journal", none)) return;
+  if (auto database = Database::open(path, SQLITE_OPEN_READWRITE)) (void)database->integer("PRAGMA user_version");
+}
+
 }  // namespace
 
 MapStore::MapStore(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -67,6 +75,7 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
     if (!taken) return taken.error();
     lock = std::move(*taken);
   }
+  if (mode == Mode::kReadOnly) takeBackHalfChange(absolute);
   Result<Database> database = Database::open(absolute, flags);
   if (!database) return database.error();
 

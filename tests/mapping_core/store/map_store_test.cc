@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "protocol/storage/database.h"
 #include "tests/mapping_core/store/store_fixture.h"
 
 namespace comap {
@@ -45,6 +46,23 @@ TEST_F(MapStoreTest, keyframesComeBackInOrderOfArrival) {
   EXPECT_TRUE(store->encodedKeyframe(third)->empty());
   EXPECT_EQ(store->encodedKeyframe(idOf(99)).error().code, ErrorCode::kWrongUse);
   EXPECT_EQ(*store->robots(), (std::vector<std::string>{"bravo", "alpha"}));
+}
+
+// A store is switched to its log when it is opened to write, and back when it is closed: by a change of its own.
+TEST_F(MapStoreTest, WhoOnlyReadsIsNotStoppedByAChangeThatWasHalfDone) {
+  { ASSERT_TRUE(*create()->addKeyframe(idOf(0), 1, bytesOf(1, 100))); }
+  const std::string whole = path_, killed = whole + ".killed";
+  {
+    auto database = Database::open(whole, SQLITE_OPEN_READWRITE);
+    ASSERT_TRUE(database && database->execute("PRAGMA cache_size = 1; PRAGMA cache_spill = 1; BEGIN; "
+                                              "DELETE FROM keyframes; CREATE TABLE half (a); INSERT INTO half "
+                                              "VALUES (zeroblob(100000)); DROP TABLE half"));
+    for (const char* part : {"", "-journal"}) std::filesystem::copy_file(whole + part, killed + part);
+    ASSERT_TRUE(database->execute("ROLLBACK"));
+  }
+  const auto store = MapStore::open(killed, MapStore::Mode::kReadOnly);
+  ASSERT_TRUE(store) << store.error().text;
+  EXPECT_EQ(store->keyframes()->size(), 1u);
 }
 
 TEST_F(MapStoreTest, edgesComeBackToTheBit) {
