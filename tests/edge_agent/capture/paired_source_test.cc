@@ -38,6 +38,7 @@ class PairedSourceTest : public testing::Test {
     plugDepth();
     config_.rig.colour.pinhole = config_.rig.depth.pinhole = smallCamera();
     config_.registration = "device";
+    config_.hot_celsius = 0;  // however hot the machine is that runs this
     frame_ = Scene::room().render(smallCamera(), Pose());
     for (size_t i = 0; i < frame_.depth.size(); ++i)
       frame_.depth.data()[i] = static_cast<uint16_t>(frame_.depth.data()[i] / 5 * 5);
@@ -132,6 +133,7 @@ TEST_F(PairedSourceTest, AHotMachineTakesFewerFrames) {
   const TemporaryFolder thermal;
   thermal.write("thermal_zone0/temp", "91000\n");
   config_.thermal_folder = thermal.path();
+  config_.hot_celsius = 85;
   auto source = open();
   int64_t stamp_ns = monotonicNow_ns() - 20 * 33 * kMs;
   const auto give = [&](uint64_t pictures) {
@@ -222,19 +224,31 @@ TEST_F(PairedSourceTest, StallsAndRepetitionsAreSeen) {
   }));
 }
 
+// Pictures of an unbelievable stamp pair by when they arrived. On a busy machine that may be too far apart for a pair,
+// or the depth picture so much earlier that another may be nearer: then the camera's next pictures decide.
 TEST_F(PairedSourceTest, AClockThatJumpsDoesNotStopIt) {
   auto source = open();
+  const auto arrived = [&](const CaptureHealth& h) {
+    return h.colour.taken == sequence_ && h.depth.taken == sequence_;
+  };
   int64_t last = 0;
+  uint64_t unbelievable = 0;
   for (const int64_t off_ns : {int64_t{0}, 3600'000 * kMs, -3600'000 * kMs, int64_t{0}}) {
-    const int64_t stamp = std::max<int64_t>(monotonicNow_ns() + off_ns, 1'000'000);
-    shoot(stamp, stamp);
-    ASSERT_TRUE(source->ready(kLong));
+    const auto until = std::chrono::steady_clock::now() + kLong;
+    do {
+      const int64_t stamp = std::max<int64_t>(monotonicNow_ns() + off_ns, (sequence_ + 1) * kMs);
+      shoot(stamp, stamp);
+      unbelievable += off_ns != 0;
+      ASSERT_TRUE(await(*source, arrived));
+    } while (!source->ready(milliseconds(0)) && std::chrono::steady_clock::now() < until);
+    ASSERT_TRUE(source->ready(milliseconds(0)));
     const auto next = source->next();
     ASSERT_TRUE(next && *next);
     EXPECT_GT((*next)->stamp_ns, last);
     last = (*next)->stamp_ns;
   }
-  EXPECT_EQ(source->health()->colour.clock_jumps, 2u);
+  EXPECT_EQ(source->health()->colour.clock_jumps, unbelievable);
+  EXPECT_EQ(source->health()->depth.clock_jumps, unbelievable);
 }
 
 TEST_F(PairedSourceTest, ADamagedPictureIsAnErrorOfItsFrame) {
