@@ -29,26 +29,32 @@ struct Push {
 const float kNearest = 0.05;            // m
 const float kSameSurfaceCosine = 0.5;   // 60 deg: the same surface, whatever its normal's noise
 const float kFitCosine = 0.8775826;     // 0.5 rad
-const float kSeenThroughCosine = 0.2;   // surfels more slanted are not judged
-const int kSilhouette = 2;              // pixels around that must all lie behind
+const float kSlantedCosine = 0.2;       // more slanted: less is believed of where it lies
+const int kSilhouette = 2;              // pixels around in which nothing may lie as near
+const int kKnownBehind = 6;             // of the nine pixels looked at must be known to lie behind,
+const int kKnownBehindSlanted = 9;      // all of them for a slanted surfel
 const float kDoubleBehind = 0.035;      // m: a surface that far behind another, facing the same way, is a double
 const float kDoubleCosine = 0.866;      // 30 deg
 const float kFootprint = 8.0;           // pixels
 const float kCovers = 0.7;              // of the squared radius: discs overlap, holes between three of them do not stay
 
-// True if all around the pixel the camera looks at surfaces clearly behind depth z.
-bool seesThrough(ivec2 pixel, float z) {
-  bool through = true;
+// True if all that is known around the pixel lies clearly behind depth z, and `needed` of nine pixels are known: depth
+// pictures have holes, at edges first, and what was taken away must not stay where they are.
+bool seesThrough(ivec2 pixel, float z, int needed) {
+  int behind_count = 0;
+  bool blocked = false;
   for (int y = -kSilhouette; y <= kSilhouette; y += kSilhouette) {
     for (int x = -kSilhouette; x <= kSilhouette; x += kSilhouette) {
       ivec2 at = pixel + ivec2(x, y);
       bool inside = at.x >= 0 && at.y >= 0 && at.x < int(push.width) && at.y < int(push.height);
       float d = inside ? abs(fetchWord(inverse_depth, at.y * int(push.width) + at.x)) : 0.0;
       float behind = 1.0 / max(d, 1e-6);
-      through = through && d > 0.0 && behind - z > max(0.01, 3.0 * sigmaOf(behind));
+      bool through = d > 0.0 && behind - z > max(0.01, 3.0 * sigmaOf(behind));
+      behind_count += through ? 1 : 0;
+      blocked = blocked || (d > 0.0 && !through);
     }
   }
-  return through;
+  return !blocked && behind_count >= needed;
 }
 
 // True if all around the pixel something lies before depth z: no edge of a thin thing that lies on the surface.
@@ -114,23 +120,23 @@ void visit(uint item) {
     bool supported = measured && in_range && abs(in_front) < gate && agreement > kSameSurfaceCosine;
     bool fits = supported && (agreement > kFitCosine || place.w < push.stable_confidence);
 
-    bool maybe_through =
-        !supported && raw > 0.0 && 1.0 / max(raw, 1e-6) > position.z && abs(facing) > kSeenThroughCosine;
+    bool maybe_through = !supported && raw > 0.0 && 1.0 / max(raw, 1e-6) > position.z;
+    int needed = abs(facing) > kSlantedCosine ? kKnownBehind : kKnownBehindSlanted;
     bool through = false;
-    if (maybe_through) through = seesThrough(pixel, position.z);
+    if (maybe_through) through = seesThrough(pixel, position.z, needed);
 
     // Poses that disagree by some centimetres bring the same surface again: the old one stays alone until it has been
     // contradicted often enough to go.
     float height = dot(m.xyz, position - seen);
     bool close = !supported && measured && in_range && abs(height) < kDoubleBehind && agreement > kDoubleCosine &&
-                 facing > kSeenThroughCosine;
+                 facing > kSlantedCosine;
     bool hidden = false;
     if (close && in_front < 0.0) hidden = isHidden(pixel, position.z);
     if (close && place.w >= push.stable_confidence) cover(position, normal, shape.w, kDoubleBehind);
 
     if (supported) word = fits ? kSupported | kFits : kSupported;
     else if (through || hidden) word = kViolated;
-    else if (measured && in_range && facing > kSeenThroughCosine && in_front > -gate) word = kMissed;
+    else if (measured && in_range && facing > kSlantedCosine && in_front > -gate) word = kMissed;
     word |= index << kPixelShift;
 
     if (supported) cover(position, normal, shape.w, gate);

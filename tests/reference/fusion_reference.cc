@@ -19,15 +19,17 @@ Eigen::Vector3f interpolated(const ColourImage& colour, const Eigen::Vector2f& a
          b * ((1 - a) * colourAt(colour, x, y + 1) + a * colourAt(colour, x + 1, y + 1));
 }
 
-bool seesThrough(const View& view, const Image<float>& raw, int x, int y, float z) {
+bool seesThrough(const View& view, const Image<float>& raw, int x, int y, float z, int needed) {
+  int behind = 0;
   for (int dy = -2; dy <= 2; dy += 2) {
     for (int dx = -2; dx <= 2; dx += 2) {
-      if (!raw.contains(x + dx, y + dy) || raw.at(x + dx, y + dy) == 0) return false;
-      const float behind = 1 / std::abs(raw.at(x + dx, y + dy));
-      if (behind - z <= std::max(0.01f, 3 * view.sigma(behind))) return false;
+      if (!raw.contains(x + dx, y + dy) || raw.at(x + dx, y + dy) == 0) continue;
+      const float there = 1 / std::abs(raw.at(x + dx, y + dy));
+      if (there - z <= std::max(0.01f, 3 * view.sigma(there))) return false;
+      ++behind;
     }
   }
-  return true;
+  return behind >= needed;
 }
 
 bool isHidden(const Image<float>& raw, int x, int y, float z) {
@@ -139,8 +141,8 @@ Association associate(const View& view, const std::vector<Row>& rows, const Imag
           result.winners.at(x, y) = static_cast<int>(i);
         }
       }
-    } else if (raw.at(x, y) != 0 && 1 / std::abs(raw.at(x, y)) > position.z() && std::abs(facing) > 0.2f &&
-               seesThrough(view, raw, x, y, position.z())) {
+    } else if (raw.at(x, y) != 0 && 1 / std::abs(raw.at(x, y)) > position.z() &&
+               seesThrough(view, raw, x, y, position.z(), std::abs(facing) > 0.2f ? 6 : 9)) {
       result.matches[i] = Match::kViolated;
     } else if (close && in_front < 0 && isHidden(raw, x, y, position.z())) {
       result.matches[i] = Match::kViolated;

@@ -23,7 +23,8 @@ struct Case {
   uint32_t observations = 0, misses = 0, violations = 0;
   float aside_px = 0;      // from its pixel's centre
   float tilt_deg = 0;      // of its normal, from the wall's
-  bool hole = false;       // a pixel near it has no depth
+  bool edge_on = false;    // its normal is across its ray instead
+  int holes = 0;           // so many of the four corners around its pixel have no depth
   bool with_next = false;  // at the same pixel as the next one
   bool stays = true;
   uint32_t misses_after = 0, violations_after = 0;
@@ -71,7 +72,7 @@ const std::vector<Case> kCases = {
      .confidence = 10,
      .observations = 20,
      .violations = 4,
-     .hole = true,
+     .holes = 1,
      .violations_after = 4},
     {.what = "just behind, facing elsewhere",
      .z_m = 2.03f,
@@ -100,27 +101,49 @@ const std::vector<Case> kCases = {
      .misses_after = 1,
      .violations_after = 2},
     {.what = "before the wall, unsure", .z_m = 1.5f, .confidence = 1, .observations = 1, .stays = false},
-    {.what = "before the wall, beside a hole, unsure and out of time",
+    {.what = "before the wall, among holes, unsure and out of time",
      .z_m = 1.5f,
      .confidence = 1,
      .observations = 1,
      .misses = 10,
-     .hole = true,
+     .holes = 4,
      .stays = false},
-    {.what = "before the wall, beside a hole, unsure, in time",
+    {.what = "before the wall, among holes, unsure, in time",
      .z_m = 1.5f,
      .confidence = 1,
      .observations = 1,
      .misses = 9,
-     .hole = true,
+     .holes = 4,
      .misses_after = 10},
-    {.what = "before the wall, beside a hole, sure",
+    {.what = "before the wall, among holes, sure",
      .z_m = 1.5f,
      .confidence = 10,
      .observations = 10,
      .misses = 30,
-     .hole = true,
+     .holes = 4,
      .misses_after = 31},
+    {.what = "before the wall, beside three holes, often contradicted",
+     .z_m = 1.5f,
+     .confidence = 10,
+     .observations = 20,
+     .violations = 4,
+     .holes = 3,
+     .stays = false},
+    {.what = "before the wall, edge-on, often contradicted",
+     .z_m = 1.5f,
+     .confidence = 10,
+     .observations = 20,
+     .violations = 4,
+     .edge_on = true,
+     .stays = false},
+    {.what = "before the wall, edge-on, beside a hole",
+     .z_m = 1.5f,
+     .confidence = 10,
+     .observations = 20,
+     .violations = 4,
+     .edge_on = true,
+     .holes = 1,
+     .violations_after = 4},
     {.what = "unsure, behind the wall",
      .z_m = 2.2f,
      .confidence = 1,
@@ -144,12 +167,14 @@ Layout layOut() {
     s.position = kCamera.unproject(static_cast<double>(u) + one.aside_px, v, one.z_m).cast<float>();
     const float tilt = one.tilt_deg * static_cast<float>(M_PI) / 180;
     s.normal = {std::sin(tilt), 0, -std::cos(tilt)};
+    if (one.edge_on) s.normal = Eigen::Vector3f(s.position.z(), 0, -s.position.x()).normalized();
     s.radius = kRadius_m;
     s.confidence = one.confidence;
     s.observations = one.observations;
     layout.surfels.push_back(s);
     layout.records.push_back({0, one.misses | one.violations << 8});
-    if (one.hole) layout.depth.at(u + 2, v + 2) = 0;
+    const std::pair<int, int> corners[] = {{2, 2}, {-2, -2}, {2, -2}, {-2, 2}};
+    for (int k = 0; k < one.holes; ++k) layout.depth.at(u + corners[k].first, v + corners[k].second) = 0;
     if (!one.with_next) ++place;
   }
   return layout;

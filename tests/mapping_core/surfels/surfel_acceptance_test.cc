@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "fleet_tools/evaluate/metrics_doubles.h"
 #include "fleet_tools/evaluate/metrics_surface.h"
@@ -115,6 +116,48 @@ TEST(SurfelAcceptance, KinectNoiseLeavesSixMillimetres) {
   RecordProperty("complete", std::to_string(quality.complete));
   EXPECT_LE(quality.error_m, 0.006);
   EXPECT_GE(quality.complete, 0.90);
+}
+
+// A quarter of all blocks of 3x3 pixels without depth, others in each picture.
+void punchHoles(DepthImage& depth, int k) {
+  std::minstd_rand random(static_cast<unsigned>(k) + 1);
+  for (int y = 0; y < depth.height(); y += 3) {
+    for (int x = 0; x < depth.width(); x += 3) {
+      if (random() % 4 != 0) continue;
+      for (int i = 0; i < 9; ++i)
+        if (depth.contains(x + i % 3, y + i / 3)) depth.at(x + i % 3, y + i / 3) = 0;
+    }
+  }
+}
+
+TEST(SurfelAcceptance, WhatWasTakenAwayIsGoneAfterTenKeyframesAlsoWithHoles) {
+  COMAP_DEVICE_OR_SKIP(device);
+  const Scene room = Scene::room();
+  const Scene with_box = room.withBox(Eigen::Vector3d(-0.3, 0.5, 0.9), {0.3, 0.5, 0.3});
+  const CameraModel camera = camera160();
+  SurfelMap map = mapOn(device);
+  const auto countBox = [&] {
+    const auto all = map.download();
+    EXPECT_TRUE(all);
+    return !all ? 0 : std::count_if(all->begin(), all->end(), [&](const Surfel& s) {
+      return room.distanceTo(s.position.cast<double>()) > 0.1;
+    });
+  };
+  std::ptrdiff_t there = 0;
+  for (int k = 0; k < 20; ++k) {
+    if (k == 10) there = countBox();
+    const double swing = std::sin(2 * M_PI * k / 20);
+    const Pose pose(Eigen::Quaterniond(Eigen::AngleAxisd(0.2 * swing, Eigen::Vector3d::UnitY())),
+                    Eigen::Vector3d(0.2 * swing, 0, -0.5));
+    Frame frame = (k < 10 ? with_box : room).render(camera, pose);
+    addKinectNoise(frame, static_cast<uint64_t>(k));
+    punchHoles(frame.depth, k);
+    ASSERT_TRUE(map.fuse(camera, frame.colour, frame.depth, pose, static_cast<uint32_t>(k), 1));
+  }
+  RecordProperty("there", std::to_string(there));
+  RecordProperty("left", std::to_string(countBox()));
+  EXPECT_GT(there, 300);
+  EXPECT_LE(50 * countBox(), there);
 }
 
 // Two robots in view of each other: what passes through must not stay.
