@@ -44,6 +44,26 @@ TEST(AckTracker, OrderDoesNotMatter) {
   }
 }
 
+TEST(AckTracker, BeyondAGapThatStaysEachIsToldThatCameOfLate) {
+  AckTracker tracker("r1", 7);
+  const auto told = [&](uint32_t sequence) {
+    const auto held = tracker.state().also_held;
+    EXPECT_LE(held.size(), AckTracker::kMaxTold);
+    EXPECT_TRUE(std::is_sorted(held.begin(), held.end()));
+    return std::binary_search(held.begin(), held.end(), sequence);
+  };
+  for (uint32_t sequence = 1; sequence < 1000; ++sequence) {
+    ASSERT_TRUE(tracker.record(sequence));
+    ASSERT_TRUE(told(sequence));
+  }
+  EXPECT_FALSE(told(1));
+  EXPECT_FALSE(tracker.record(1)) << "its robot has not heard and sends it again";
+  EXPECT_TRUE(told(1));
+  EXPECT_TRUE(tracker.record(0));
+  EXPECT_EQ(tracker.state().next_expected, 1000u);
+  EXPECT_TRUE(tracker.state().also_held.empty());
+}
+
 TEST(AckTracker, ASequenceFarAheadIsNotTaken) {
   AckTracker tracker("r1", 7);
   EXPECT_FALSE(tracker.accepts(0xffffffffu));
