@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "edge_agent/uplink/lent_first_page.h"
 #include "edge_agent/uplink/make_room.h"
 #include "edge_agent/uplink/outbox.h"
 #include "edge_agent/uplink/outbox_wreck.h"
@@ -92,7 +93,9 @@ Result<RescuedOutbox> saveInto(const std::string& path, const std::string& aside
   if (!fresh) return fresh.error();
   RescuedOutbox rescued{std::move(*fresh), {}, {}};
   rescued.told = "outbox " + path + " was damaged: it was put aside as " + aside + "; ";
+  std::unique_ptr<LentFirstPage> lent;
   auto wreck = OutboxWreck::survey(aside);
+  if (!wreck && (lent = LentFirstPage::lend(aside))) wreck = OutboxWreck::survey(aside);
   if (!wreck) {
     rescued.told += "nothing of it could be read";
     return rescued;

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "edge_agent/uplink/outbox_rows.h"
+#include "protocol/codec/limits.h"
 #include "protocol/codec/message_checksum.h"
 
 namespace comap {
@@ -26,6 +28,7 @@ Result<OutboxWreck> OutboxWreck::survey(const std::string& path) {
     return Error{ErrorCode::kBadData, path + ": its list of tables cannot be read"};
   wreck.surveyMessages();
   wreck.surveyRows();
+  wreck.surveyLeaves();
   const auto last = wreck.database_.integer("SELECT value FROM meta WHERE key = 'session'");
   if (last) wreck.last_session_ = static_cast<uint64_t>(std::max<int64_t>(0, *last));
   for (const auto& [key, keyframe] : wreck.keyframes_) wreck.last_session_ = std::max(wreck.last_session_, key.session);
@@ -73,7 +76,7 @@ void OutboxWreck::surveyRows() {
       sequence = query->integer();
       takeRow(*query);
     } else {
-      holes_ = true;
+      rows_have_holes_ = holes_ = true;
       ++tried;
     }
     const bool next_session = tried == kMostTried || sequence == kMost;
@@ -92,7 +95,7 @@ void OutboxWreck::takeRow(Query& query) {
     keyframes_[row.key].row = row;
     keyframes_[row.key].checksum = checksum;
   } else {
-    holes_ = true;
+    rows_have_holes_ = holes_ = true;
   }
   query.forgive();
 }
@@ -104,19 +107,50 @@ int64_t OutboxWreck::sessionBehind(int64_t session) const {
   return std::max<int64_t>(0, static_cast<int64_t>(next->first.session));
 }
 
-std::optional<std::vector<uint8_t>> OutboxWreck::messageOf(const OutboxKey& key) {
-  const Keyframe& known = keyframes_.at(key);
-  if (!known.message) return std::nullopt;
+// Messages that no tree leads to. Leaves that were given back hold what the core has by now, or what was packed
+// tighter: where the rows tell what is left, theirs alone count.
+void OutboxWreck::surveyLeaves() {
+  const bool complete = !holes_ && std::all_of(keyframes_.begin(), keyframes_.end(),
+                                               [](const auto& entry) { return entry.second.message.has_value(); });
+  if (complete) return;
+  using Kind = LeafRow::Column::Kind;
+  (void)bool(database_.execute("PRAGMA wal_checkpoint(TRUNCATE)"));  // into the file, which is read past SQLite now
+  if (auto opened = LeafRows::open(database_.path())) leaves_.emplace(std::move(*opened));
+  if (!leaves_) return;
+  leaves_->each([this](const LeafRow& row) {
+    const auto& columns = row.columns;
+    if (columns.size() != 3 || columns[0].kind != Kind::kInteger || columns[1].kind != Kind::kInteger ||
+        columns[2].kind != Kind::kBlob || columns[2].size > kMaxLargeMessageBytes ||
+        !std::in_range<uint32_t>(columns[1].integer))
+      return;
+    const OutboxKey key{static_cast<uint64_t>(columns[0].integer), static_cast<uint32_t>(columns[1].integer)};
+    if (!rows_have_holes_ && !keyframes_.contains(key)) return;
+    Keyframe& keyframe = keyframes_[key];
+    if (!keyframe.message) keyframe.leaves.push_back(row);
+  });
+}
+
+std::optional<std::vector<uint8_t>> OutboxWreck::storedMessage(int64_t number) {
   auto query = database_.query("SELECT encoded FROM messages NOT INDEXED WHERE rowid = ?");
-  const Result<bool> row = query ? query->bind(*known.message).step() : query.error();
+  const Result<bool> row = query ? query->bind(number).step() : query.error();
   if (!row || !*row) return std::nullopt;
   const auto bytes = query->bytes();
-  const auto whole = [&] {
-    const auto keyframe = decodeKeyframe(bytes);
+  return std::vector<uint8_t>(bytes.begin(), bytes.end());
+}
+
+std::optional<std::vector<uint8_t>> OutboxWreck::messageOf(const OutboxKey& key) {
+  const Keyframe& known = keyframes_.at(key);
+  const auto isWhole = [&](const std::optional<std::vector<uint8_t>>& bytes) {
+    if (!bytes) return false;
+    if (known.row) return messageChecksum(*bytes) == known.checksum;
+    const auto keyframe = decodeKeyframe(*bytes);
     return keyframe && OutboxKey{keyframe->id.session, keyframe->id.sequence} == key;
   };
-  if (known.row ? messageChecksum(bytes) != known.checksum : !whole()) return std::nullopt;
-  return std::vector<uint8_t>(bytes.begin(), bytes.end());
+  if (known.message)
+    if (auto bytes = storedMessage(*known.message); isWhole(bytes)) return bytes;
+  for (const LeafRow& leaf : known.leaves)
+    if (auto bytes = leaves_->blob(leaf, 2); isWhole(bytes)) return bytes;
+  return std::nullopt;
 }
 
 }  // namespace comap

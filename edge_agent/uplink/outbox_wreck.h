@@ -9,6 +9,7 @@
 
 #include "edge_agent/uplink/outbox.h"
 #include "protocol/storage/database.h"
+#include "protocol/storage/leaf_rows.h"
 #include "protocol/types/result.h"
 
 namespace comap {
@@ -20,9 +21,11 @@ class OutboxWreck {
     std::optional<OutboxRow> row;
     uint32_t checksum = 0;           ///< of its message, as the row tells
     std::optional<int64_t> message;  ///< number of its message's row
+    std::vector<LeafRow> leaves;     ///< what may be its message, where nothing leads to that
   };
 
-  /// Looks at every row that SQLite can reach, and on behind those it cannot. kBadData if that is nothing at all.
+  /// Looks at every row that SQLite can reach, on behind those it cannot, and for messages that are left out then at
+  /// every page by itself. kBadData if the list of tables cannot be read.
   static Result<OutboxWreck> survey(const std::string& path);
 
   const std::map<OutboxKey, Keyframe>& keyframes() const { return keyframes_; }
@@ -39,13 +42,16 @@ class OutboxWreck {
   explicit OutboxWreck(Database database) : database_(std::move(database)) {}
   void surveyMessages();
   void surveyRows();
+  void surveyLeaves();
+  std::optional<std::vector<uint8_t>> storedMessage(int64_t number);
   void takeRow(Query& query);
   int64_t sessionBehind(int64_t session) const;
 
   Database database_;
   std::map<OutboxKey, Keyframe> keyframes_;
   uint64_t last_session_ = 0;
-  bool holes_ = false;
+  std::optional<LeafRows> leaves_;
+  bool holes_ = false, rows_have_holes_ = false;
 };
 
 }  // namespace comap

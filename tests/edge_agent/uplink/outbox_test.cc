@@ -262,14 +262,13 @@ TEST_F(DamagedOutbox, AFileCutOffKeepsAllThatIsBeforeTheCut) {
   EXPECT_TRUE(std::filesystem::exists(path_ + ".damaged-3"));
 }
 
-// Each page in turn: none takes more than the keyframes that are on it, which are three at most.
+// Each page in turn, those among them that say where others are: none takes more than the keyframes that are on it,
+// which are three at most.
 TEST_F(DamagedOutbox, OneDamagedPageCostsWhatIsOnItAndNoMore) {
   const std::string whole = folder_.file("whole");
   std::filesystem::copy_file(path_, whole);
-  const int64_t messages = rootPageOf(path_, "messages");
   size_t lost = 0;
-  for (int64_t page = 2; page <= pages(); ++page) {
-    if (page == messages) continue;  // the way to all of them
+  for (int64_t page = 1; page <= pages(); ++page) {
     std::filesystem::copy_file(whole, path_, std::filesystem::copy_options::overwrite_existing);
     wipePage(path_, page);
     auto rescued = rescueOutbox(path_);
@@ -280,6 +279,53 @@ TEST_F(DamagedOutbox, OneDamagedPageCostsWhatIsOnItAndNoMore) {
     lost += 40 - saved;
   }
   EXPECT_GE(lost, 30u) << "most stand on a page of their own";
+}
+
+TEST_F(DamagedOutbox, WithoutTheWayToItsMessagesTheyAreSavedAndNoneThatWasDelivered) {
+  const int64_t messages = rootPageOf(path_, "messages");
+  {
+    auto outbox = reopen();
+    ASSERT_TRUE(outbox);
+    Acknowledgement ack;
+    ack.session = 5;
+    ack.next_expected = 10;  // their pages keep what they hold until others need the room
+    ASSERT_TRUE(outbox->acknowledge(ack));
+  }
+  for (const int64_t page : {int64_t{1}, messages}) {
+    const std::string whole = folder_.file("whole");
+    std::filesystem::copy_file(path_, whole, std::filesystem::copy_options::overwrite_existing);
+    wipePage(path_, page);
+    {
+      auto rescued = rescueOutbox(path_);
+      ASSERT_TRUE(rescued) << rescued.error().text;
+      const auto saved = wholeIn(rescued->outbox);
+      ASSERT_EQ(saved.size(), 30u) << "page " << page << ": " << rescued->told;
+      EXPECT_EQ(saved.front(), 10u);
+      EXPECT_GE(*rescued->outbox.lastSession(), 6u);
+    }
+    std::filesystem::copy_file(whole, path_, std::filesystem::copy_options::overwrite_existing);
+  }
+}
+
+// As after a sudden end: the newest keyframes stand in the log beside the file.
+TEST_F(DamagedOutbox, WhatStandsInItsLogIsSavedToo) {
+  const std::string whole = folder_.file("whole");
+  std::string log;
+  {
+    auto outbox = reopen();
+    ASSERT_TRUE(outbox);
+    put(*outbox, 40, 45);
+    std::filesystem::copy_file(path_, whole);
+    std::filesystem::copy_file(path_ + "-wal", whole + "-wal");
+  }
+  for (const int64_t page : {int64_t{1}, rootPageOf(path_, "messages")}) {
+    for (const char* part : {"", "-wal"})
+      std::filesystem::copy_file(whole + part, path_ + part, std::filesystem::copy_options::overwrite_existing);
+    wipePage(path_, page);
+    auto rescued = rescueOutbox(path_);
+    ASSERT_TRUE(rescued) << rescued.error().text;
+    EXPECT_EQ(wholeIn(rescued->outbox).size(), 45u) << "page " << page << ": " << rescued->told;
+  }
 }
 
 TEST_F(DamagedOutbox, WithoutItsNumbersItIsSavedAndBeginsAboveAll) {
