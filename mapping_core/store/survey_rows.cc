@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <optional>
 #include <sstream>
 
@@ -81,7 +82,7 @@ std::optional<int64_t> goAlong(Database& database, const char* all, const RowChe
     if (!row) return next;
     if (!*row) return std::nullopt;
     const int64_t number = query->integer();
-    if (number < next) return next;
+    if (number < next || number == std::numeric_limits<int64_t>::max()) return next;  // no such row was ever written
     next = number + 1;
     if (const auto passed = check(number, *query); passed) {
       kept.add(number);
