@@ -37,13 +37,17 @@ int rank(VkPhysicalDeviceType type) {
   }
 }
 
-std::optional<uint32_t> computeQueueFamily(VkPhysicalDevice device) {
+struct QueueFamily {
+  uint32_t index = 0, timestamp_bits = 0;
+};
+
+std::optional<QueueFamily> computeQueueFamily(VkPhysicalDevice device) {
   uint32_t count = 0;
   vkGetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
   std::vector<VkQueueFamilyProperties> families(count);
   vkGetPhysicalDeviceQueueFamilyProperties(device, &count, families.data());
   for (uint32_t i = 0; i < count; ++i) {
-    if (families[i].queueFlags & VK_QUEUE_COMPUTE_BIT) return i;
+    if (families[i].queueFlags & VK_QUEUE_COMPUTE_BIT) return QueueFamily{i, families[i].timestampValidBits};
   }
   return std::nullopt;
 }
@@ -99,7 +103,9 @@ Result<std::vector<Candidate>> findCandidates(VkInstance instance) {
     candidate.handle = handles[i];
     vkGetPhysicalDeviceProperties(handles[i], &candidate.properties);
     const auto family = computeQueueFamily(handles[i]);
-    candidate.queue_family = family.value_or(0);
+    const auto [index, timestamp_bits] = family.value_or(QueueFamily{});
+    candidate.queue_family = index;
+    candidate.timestamp_bits = timestamp_bits;
     candidate.info = {i, candidate.properties.deviceName, typeName(candidate.properties.deviceType),
                       refusalOf(candidate.properties, family.has_value())};
   }

@@ -37,6 +37,7 @@ struct Candidate {
   VkPhysicalDevice handle = VK_NULL_HANDLE;
   VkPhysicalDeviceProperties properties{};
   uint32_t queue_family = 0;
+  uint32_t timestamp_bits = 0;  // of that queue family's timestamps; 0: it has none
   DeviceInfo info;
 };
 Result<std::vector<Candidate>> findCandidates(VkInstance instance);

@@ -63,7 +63,7 @@ class Device {
   /// The texts of the first few of them.
   std::vector<std::string> validationMessages() const;
 
-  /// By kernel name, since creation; empty without DeviceOptions::timestamps.
+  /// By kernel name, since creation; empty without DeviceOptions::timestamps, and on devices that have none.
   const std::map<std::string, KernelTime>& kernelTimes() const;
 
   /// What buffers, kernels and recorders are made with; stays valid when the Device is moved.

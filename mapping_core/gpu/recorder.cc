@@ -67,7 +67,7 @@ Result<Recorder> Recorder::begin(Context& context, uint32_t most_dispatches) {
   result = vkBeginCommandBuffer(state->commands, &begin);
   if (result != VK_SUCCESS) return vulkanError(result, "recording");
 
-  if (context.options.timestamps) {
+  if (context.options.timestamps && context.physical.timestamp_bits > 0) {
     VkQueryPoolCreateInfo query_info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
     query_info.queryType = VK_QUERY_TYPE_TIMESTAMP;
     query_info.queryCount = 2 * most_dispatches;
@@ -174,10 +174,11 @@ void Recorder::State::addTimes() const {
                                                 VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT);
   if (result != VK_SUCCESS) return;  // times are a courtesy
   const double ms_per_tick = context->physical.properties.limits.timestampPeriod * 1e-6;
+  const uint64_t valid = ~uint64_t{0} >> (64 - context->physical.timestamp_bits);  // above them they begin anew
   for (size_t i = 0; i < dispatched.size(); ++i) {
     auto& time = context->kernel_times[dispatched[i]];
     ++time.dispatches;
-    time.ms += static_cast<double>(ticks[2 * i + 1] - ticks[2 * i]) * ms_per_tick;
+    time.ms += static_cast<double>((ticks[2 * i + 1] - ticks[2 * i]) & valid) * ms_per_tick;
   }
 }
 

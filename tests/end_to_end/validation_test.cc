@@ -36,10 +36,11 @@ TEST(Validation, HasNothingToSayOfProgramsThatUseADevice) {
   for (const std::string& command : {"fleet replay --link loopback" + robots + folder.path("graph"), render,
                                      "fleet replay --mode paper" + robots + folder.path("paper")}) {
     SCOPED_TRACE(command);
-    const ProgramRun run = runWatched(command, folder);
+    const ProgramRun run =
+        runWatched(command, folder, "VK_LAYER_ENABLES=VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT");
     EXPECT_EQ(run.exit_code, 0) << run.err;
     EXPECT_TRUE(isLoaded(run));
-    for (const char* word : {"VUID-", "Validation Error", "Validation Warning", "UNASSIGNED-"}) {
+    for (const char* word : {"VUID-", "Validation Error", "Validation Warning", "UNASSIGNED-", "SYNC-HAZARD"}) {
       EXPECT_THAT(run.out, Not(HasSubstr(word)));
       EXPECT_THAT(run.err, Not(HasSubstr(word)));
     }
