@@ -22,7 +22,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 
-constexpr const char *kDomain = "187", *kTerminalDomain = "186";
+constexpr const char *kDomain = "187", *kTerminalDomain = "186", *kKeyedDomain = "185";
 
 class Live : public FlatTest {
  protected:
@@ -34,6 +34,22 @@ class Live : public FlatTest {
       if (section.at("section") == "site") return section;
     }
     return {};
+  }
+  static bool tilesCome(LiveScene& scene, ViewFeed& feed) {
+    const auto until = std::chrono::steady_clock::now() + 90s;
+    while (feed.tiles() < 20 && std::chrono::steady_clock::now() < until) {
+      scene.hear(feed, 50ms);
+      std::this_thread::sleep_for(50ms);
+    }
+    return feed.tiles() >= 20;
+  }
+  // The last thing that `fleet watch --json` told.
+  static nlohmann::json lastOf(const ProgramRun& watched) {
+    EXPECT_EQ(watched.exit_code, 0) << watched.err;
+    std::istringstream lines(watched.out);
+    nlohmann::json last;
+    for (std::string line; std::getline(lines, line);) last = nlohmann::json::parse(line);
+    return last;
   }
 };
 
@@ -175,20 +191,11 @@ TEST_F(Live, ASiteIsWatchedAndItsTilesComeToAnObserver) {
   ASSERT_TRUE(link) << link.error().text;
   LiveScene scene(std::move(*link), name, "default");
   ViewFeed feed;
-  const auto until = std::chrono::steady_clock::now() + 90s;
-  while (feed.tiles() < 20 && std::chrono::steady_clock::now() < until) {
-    scene.hear(feed, 50ms);
-    std::this_thread::sleep_for(50ms);
-  }
-  EXPECT_GE(feed.tiles(), 20u) << contentOf(folder_.path("core.log")) << contentOf(folder_.path("a.log"));
+  EXPECT_TRUE(tilesCome(scene, feed)) << contentOf(folder_.path("core.log")) << contentOf(folder_.path("a.log"));
   EXPECT_EQ(robot.wait(), 0) << contentOf(folder_.path("a.log")) << "nobody who watches holds a robot up";
 
-  const ProgramRun watched = runProgram("fleet watch --json --for 3 --domain " + std::string(kDomain));
-  EXPECT_EQ(watched.exit_code, 0) << watched.err;
-  std::istringstream lines(watched.out);
-  nlohmann::json last;
-  for (std::string line; std::getline(lines, line);) last = nlohmann::json::parse(line);
-  ASSERT_TRUE(last.is_object()) << watched.out;
+  const nlohmann::json last = lastOf(runProgram("fleet watch --json --for 3 --domain " + std::string(kDomain)));
+  ASSERT_TRUE(last.is_object());
   EXPECT_EQ(last.at("core_heard"), true);
   EXPECT_GT(last.at("core").at("keyframes").get<int>(), 0);
   EXPECT_TRUE(last.at("robots").contains("a"));
@@ -204,6 +211,51 @@ TEST_F(Live, ASiteIsWatchedAndItsTilesComeToAnObserver) {
   }
   EXPECT_EQ(siteOf(feed).at("core_heard"), false);
   EXPECT_GT(siteOf(feed).at("core_gone_ms").get<int64_t>(), 1'000'000'000'000) << "when it went is told";
+}
+
+TEST_F(Live, ASiteWithKeysIsWatchedByThoseWhoHaveOne) {
+  const std::string keys = folder_.path("keys"), core_log = folder_.path("core.log"), robot_log = folder_.path("a.log");
+  for (const std::string verb : {"init", "add-core", "add-robot", "add-tool"}) {
+    const ProgramRun made = runProgram("fleet keys " + verb + " " + keys +
+                                       (verb == "init"        ? " --site flat"
+                                        : verb == "add-robot" ? " a"
+                                                              : ""));
+    ASSERT_EQ(made.exit_code, 0) << verb << ": " << made.err;
+  }
+  const auto on = [&](const std::string& who, std::vector<std::string> arguments) {
+    for (const std::string& more : {std::string("--domain"), std::string(kKeyedDomain), std::string("--core-site"),
+                                    std::string("flat"), std::string("--keys"), keys + "/" + who})
+      arguments.push_back(more);
+    return arguments;
+  };
+  Background core("mapping_core", on("core", {"--store", folder_.path("keyed.comap")}), core_log);
+  Background robot("edge_agent",
+                   on("a", {"--robot", "a", "--source", "tum:" + flat_ + "/a@0:40", "--outbox", "memory"}), robot_log);
+  DdsLinkOptions options;
+  options.domain = std::stoi(kKeyedDomain);
+  options.site = "flat";
+  options.role = LinkRole::kObserver;
+  options.keys = keys + "/tool";
+  std::string name;
+  auto link = connectObserver(options, true, name);
+  ASSERT_TRUE(link) << link.error().text;
+  EXPECT_EQ(name, "tool") << "that of its certificate";
+  LiveScene scene(std::move(*link), name, "flat");
+  ViewFeed feed;
+  EXPECT_TRUE(tilesCome(scene, feed)) << contentOf(core_log) << contentOf(robot_log);
+  EXPECT_EQ(robot.wait(), 0) << contentOf(robot_log);
+
+  const std::string watch = "fleet watch --json --domain " + std::string(kKeyedDomain) + " --site flat";
+  const nlohmann::json last = lastOf(runProgram(watch + " --for 3 --keys " + keys + "/tool"));
+  ASSERT_TRUE(last.is_object());
+  EXPECT_EQ(last.at("core_heard"), true);
+  EXPECT_GT(last.at("core").at("keyframes").get<int>(), 0);
+  EXPECT_TRUE(last.at("robots").contains("a"));
+  const ProgramRun outsider = runProgram(watch + " --wait 5");
+  EXPECT_EQ(outsider.exit_code, 3) << outsider.out;
+  EXPECT_THAT(outsider.err, HasSubstr("no mapping core of site 'flat'"));
+  EXPECT_EQ(core.end(SIGTERM), 0) << contentOf(core_log);
+  EXPECT_THAT(contentOf(core_log), HasSubstr("has no keys (link.keys) and was not let in"));
 }
 
 }  // namespace
