@@ -359,6 +359,7 @@ void Agent::sendStatus(bool finished) {
   status.keyframes_thinned = sender_.losses().thinned;
   status.keyframes_dropped = sender_.losses().dropped;
   status.keyframes_refused = static_cast<uint32_t>(sender_.refused().size());
+  status.refused = sender_.refusedToTell();
   if (const auto encoded = encodeStatus(status)) (void)link_.publish(Topic::kStatus, config_.robot, *encoded);
 }
 

@@ -9,6 +9,7 @@ namespace {
 
 constexpr uint64_t kSpareBytes = 64'000'000;
 constexpr std::chrono::milliseconds kRetryAfter{100};
+constexpr size_t kRefusedTold = 2;  // a status has to fit one datagram
 
 }  // namespace
 
@@ -211,6 +212,15 @@ void KeyframeSender::refuse(uint32_t checksum, const std::string& reason, std::c
   if (told) return;
   log_("the core refuses keyframe " + toString(KeyframeId{robot_, key->session, key->sequence}) + ": " + reason +
        ". It stays in the outbox and is sent again now and then, as are others that are refused so");
+}
+
+std::vector<RefusedKeyframe> KeyframeSender::refusedToTell() {
+  std::vector<RefusedKeyframe> told;
+  for (const OutboxKey& key : refused_.nextToTell(kRefusedTold)) {
+    const auto row = boxOf(key).firstFrom(key.session, key.sequence);
+    if (row && *row && (*row)->key == key) told.push_back({key.session, key.sequence, (*row)->link});
+  }
+  return told;
 }
 
 void KeyframeSender::acknowledge(const Acknowledgement& acknowledgement, std::chrono::steady_clock::time_point now) {

@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "edge_agent/uplink/loss_log.h"
 #include "edge_agent/uplink/outbox.h"
@@ -55,6 +56,8 @@ class KeyframeSender {
   double uplinkBytesPerSecond() const { return window_.rate().bytesPerSecond(); }
   const SenderLosses& losses() const { return losses_; }
   const RefusedKeyframes& refused() const { return refused_; }
+  /// What a status tells of them: a few, others each time.
+  std::vector<RefusedKeyframe> refusedToTell();
 
  private:
   size_t sizeOf(uint64_t session) const;

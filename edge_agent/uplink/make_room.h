@@ -5,9 +5,6 @@
 
 namespace comap {
 
-/// The odometry from one keyframe to another, over a third: information adds up as covariances do.
-KeyframeLink joinLinks(const KeyframeLink& first, const KeyframeLink& second);
-
 struct RoomMade {
   uint32_t thinned = 0;
   /// Those dropped, with what they were linked to: a later keyframe that stands on one is to be joined to it.

@@ -41,6 +41,18 @@ std::optional<OutboxKey> RefusedKeyframes::due(Clock::time_point now) const {
   return std::nullopt;
 }
 
+std::vector<OutboxKey> RefusedKeyframes::nextToTell(size_t most) {
+  std::vector<OutboxKey> keys;
+  auto next = refused_.upper_bound(told_);
+  for (size_t looked_at = 0; looked_at < refused_.size() && keys.size() < most; ++looked_at, ++next) {
+    if (next == refused_.end()) next = refused_.begin();
+    if (next->second.wait == Clock::duration()) continue;  // by another core
+    keys.push_back(next->first);
+    told_ = next->first;
+  }
+  return keys;
+}
+
 void RefusedKeyframes::tryAgain() {
   for (auto& [key, refusal] : refused_) refusal = {};
 }

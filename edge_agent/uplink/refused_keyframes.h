@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "edge_agent/uplink/outbox.h"
 
@@ -30,6 +31,9 @@ class RefusedKeyframes {
   /// Another core is there: all are due.
   void tryAgain();
 
+  /// Up to `most` of those that this core has refused, other ones each time until all were told.
+  std::vector<OutboxKey> nextToTell(size_t most);
+
   size_t size() const { return refused_.size(); }
   /// Of the last one; empty if none is refused now.
   const std::string& reason() const { return reason_; }
@@ -41,6 +45,7 @@ class RefusedKeyframes {
   };
   std::map<OutboxKey, uint32_t> under_way_;  // with the checksum of what was sent
   std::map<OutboxKey, Refusal> refused_;
+  OutboxKey told_;  // last
   std::string reason_;
 };
 

@@ -48,16 +48,75 @@ std::optional<Keyframe> KeyframeIngest::takeDecoded(const KeyframeId& id) {
 }
 
 void KeyframeIngest::arrived(const KeyframeId& id, uint32_t skipped, const std::set<KeyframeId>& mapped) {
-  Session& session = sessions_[{id.robot, id.session}];
-  if (id.sequence >= session.next) session.early.insert(id.sequence);
+  const SessionName name{id.robot, id.session};
+  Session& session = sessions_[name];
+  if (id.sequence >= session.next)
+    session.early.insert(id.sequence);
+  else if (session.passed.erase(id.sequence) > 0 && !mapped.contains(id))
+    insertLate(id);
   for (uint32_t sequence = std::max(session.next, id.sequence - skipped); sequence < id.sequence; ++sequence)
     session.skipped.insert(sequence);
+  advance(name, mapped);
+}
+
+// Makes all ready that nothing is missing before.
+void KeyframeIngest::advance(const SessionName& name, const std::set<KeyframeId>& mapped) {
+  Session& session = sessions_[name];
   for (;; ++session.next) {
     const bool is_there = session.early.erase(session.next) > 0;
     const bool is_skipped = session.skipped.erase(session.next) > 0;
-    if (!is_there && !is_skipped) return;
-    KeyframeId ready{id.robot, id.session, session.next};
+    if (is_there) session.passed.erase(session.next);
+    if (!is_there && !is_skipped && !session.passed.contains(session.next)) return;
+    KeyframeId ready{name.first, name.second, session.next};
     if (is_there && !mapped.contains(ready)) ready_.push_back(std::move(ready));
+  }
+}
+
+// Before those of its session that come after it, so that they find it there if they are not mapped yet.
+void KeyframeIngest::insertLate(const KeyframeId& id) {
+  const auto behind = std::find_if(ready_.begin(), ready_.end(), [&](const KeyframeId& other) {
+    return other.robot == id.robot && other.session == id.session && other.sequence > id.sequence;
+  });
+  ready_.insert(behind, id);
+}
+
+bool KeyframeIngest::passOver(const KeyframeId& id, const KeyframeLink& link) {
+  const SessionName name{id.robot, id.session};
+  Session& session = sessions_[name];
+  if (const auto known = session.passed.find(id.sequence); known != session.passed.end()) {
+    known->second = link;
+    return false;
+  }
+  if (id.sequence < session.next || session.early.contains(id.sequence) || session.skipped.contains(id.sequence))
+    return false;
+  session.passed.emplace(id.sequence, link);
+  advance(name, {});
+  return true;
+}
+
+void KeyframeIngest::tieAcrossGaps(Keyframe& keyframe) const {
+  const auto session = sessions_.find({keyframe.id.robot, keyframe.id.session});
+  if (session == sessions_.end()) return;
+  const auto& passed = session->second.passed;
+  for (auto gap = passed.find(keyframe.linked_to); keyframe.linked && gap != passed.end();
+       gap = passed.find(keyframe.linked_to)) {
+    const KeyframeLink joined =
+        joinLinks(gap->second, {true, keyframe.linked_to, keyframe.T_link_this, keyframe.information});
+    keyframe.linked = joined.linked;
+    keyframe.linked_to = joined.linked_to;
+    keyframe.T_link_this = joined.T_link_this;
+    keyframe.information = joined.information;
+  }
+}
+
+// What was mapped shows what was gone on without; its robot tells again what it hangs on.
+void KeyframeIngest::passOverAsBefore(const std::set<KeyframeId>& mapped) {
+  for (const KeyframeId& id : mapped) {
+    const SessionName name{id.robot, id.session};
+    Session& session = sessions_[name];
+    for (uint32_t sequence = session.next; sequence < id.sequence; ++sequence)
+      if (!session.early.contains(sequence) && !session.skipped.contains(sequence)) session.passed[sequence];
+    advance(name, mapped);
   }
 }
 
@@ -82,6 +141,7 @@ Result<std::vector<KeyframeId>> KeyframeIngest::resume(std::span<const StoredKey
     }
     arrived(keyframe.id, skipped, mapped);
   }
+  passOverAsBefore(mapped);
   return never;
 }
 

@@ -1,5 +1,6 @@
 #include "mapping_core/ingest/robot_registry.h"
 
+#include <algorithm>
 #include <cinttypes>
 #include <cstdio>
 
@@ -14,6 +15,9 @@ std::string hex(uint64_t value) {
   return text;
 }
 
+// One that was passed over may be mapped after those behind it.
+void raise(uint32_t& mapped_below, uint32_t to) { mapped_below = std::max(mapped_below, to); }
+
 }  // namespace
 
 void RobotRegistry::remember(const KeyframeId& keyframe) {
@@ -24,9 +28,10 @@ void RobotRegistry::remember(const KeyframeId& keyframe) {
 
 void RobotRegistry::markMapped(const KeyframeId& keyframe) {
   const auto it = robots_.find(keyframe.robot);
-  if (it != robots_.end() && it->second.session == keyframe.session) it->second.mapped_below = keyframe.sequence + 1;
+  if (it != robots_.end() && it->second.session == keyframe.session)
+    raise(it->second.mapped_below, keyframe.sequence + 1);
   const auto before = remembered_.find({keyframe.robot, keyframe.session});
-  if (before != remembered_.end()) before->second.mapped_below = keyframe.sequence + 1;
+  if (before != remembered_.end()) raise(before->second.mapped_below, keyframe.sequence + 1);
 }
 
 const RobotRecord* RobotRegistry::alive(const std::string& robot, uint64_t session,

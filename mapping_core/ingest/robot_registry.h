@@ -20,7 +20,7 @@ struct RobotRecord {
   uint64_t session;
   std::string refusal;  ///< why the present session is not served; empty = served
   AckTracker acks;
-  uint32_t mapped_below = 0;  ///< keyframes of this session in the map: all with a smaller sequence
+  uint32_t mapped_below = 0;  ///< of this session all are in the map, but those passed over
   std::optional<Interest> interest;
   std::optional<Correction> correction;  ///< the last one sent
   bool finished = false;

@@ -66,8 +66,8 @@ Result<void> MappingService::resume() {
     if (keyframe.map.empty()) continue;
     ++keyframes_;
     registry_.markMapped(keyframe.id);
-    auto& latest = latest_[keyframe.id.robot].id;
-    if (keyframe.id.session >= latest.session) latest = keyframe.id;
+    auto& latest = latest_.try_emplace(keyframe.id.robot, Latest{keyframe.id, {}}).first->second.id;
+    latest = std::max(latest, keyframe.id);
   }
   for (auto& [robot, latest] : latest_) {
     const auto encoded = store_.encodedKeyframe(latest.id);
@@ -145,6 +145,7 @@ Result<void> MappingService::handle(const Delivery& delivery) {
         record->finished = status->finished;
         notePresence(status->robot, !status->finished);
       }
+      goOnWithout(*status);
       return {};
     }
     default:
@@ -175,6 +176,17 @@ void MappingService::noteAlive(const std::string& robot, uint64_t session) {
   if (second == nullptr) return;
   noteHello(robot, second->refusal);
   send(Topic::kAck, robot, encodeAcknowledgement(acknowledgementOf(*second)));
+}
+
+// What hangs on a keyframe that cannot be taken is tied to what that one hangs on.
+void MappingService::goOnWithout(const Status& status) {
+  for (const RefusedKeyframe& refused : status.refused) {
+    const RobotRecord* record = registry_.delivering(status.robot, refused.session);
+    if (record == nullptr || !record->acks.accepts(refused.sequence)) continue;
+    const KeyframeId id{status.robot, refused.session, refused.sequence};
+    if (ingest_.passOver(id, refused.link))
+      info("goes on without keyframe " + toString(id) + ", which it could not take; should it come yet, it is mapped");
+  }
 }
 
 Result<void> MappingService::handleKeyframe(const Delivery& delivery) {
@@ -228,13 +240,16 @@ Result<void> MappingService::mapNext() {
   const KeyframeId id = ingest_.takeNext();
   auto keyframe = read(id);
   if (!keyframe) return keyframe.error();
+  ingest_.tieAcrossGaps(*keyframe);
   const bool behind = options_.hurry_from_waiting > 0 && ingest_.waiting() >= options_.hurry_from_waiting;
   auto change = builder_.addKeyframe(*keyframe, robot_index_.at(id.robot), behind ? Pace::kHasty : Pace::kThorough);
   if (!change) return change.error();
   ++keyframes_;
   // A robot catching up on earlier sessions is where its present one says.
   const bool present = registry_.served(id.robot, id.session) != nullptr;
-  if (auto& latest = latest_[id.robot]; present || id.session >= latest.id.session) latest = {id, keyframe->T_odom_cam};
+  const auto latest = latest_.find(id.robot);
+  if (latest == latest_.end() || id > latest->second.id || (present && id.session != latest->second.id.session))
+    latest_[id.robot] = {id, keyframe->T_odom_cam};
 
   if (auto announced = announce(*change); !announced) return announced;
   const KeyframeId anchor = builder_.components().anchorOf(id);

@@ -92,6 +92,7 @@ class MappingService {
   void noteHello(const std::string& robot, const std::string& refusal);
   void notePresence(const std::string& robot, bool present);
   void noteAlive(const std::string& robot, uint64_t session);
+  void goOnWithout(const Status& status);
   Result<void> handleKeyframe(const Delivery& delivery);
   Result<void> handleInterest(const Delivery& delivery);
   Result<Keyframe> read(const KeyframeId& id);

@@ -16,8 +16,8 @@ std::vector<Candidate> CandidateSearch::search(const KeyframeId& id, const FernC
   const auto foreign = [&](uint32_t place) { return ids_[place] != id && kinship(ids_[place]) == Kinship::kForeign; };
   const auto loop = [&](uint32_t place) {
     const KeyframeId& other = ids_[place];
-    const bool neighbour =
-        other.robot == id.robot && other.session == id.session && id.sequence - other.sequence < options_.loop_gap;
+    const uint32_t apart = std::max(id.sequence, other.sequence) - std::min(id.sequence, other.sequence);
+    const bool neighbour = other.robot == id.robot && other.session == id.session && apart < options_.loop_gap;
     return !neighbour && other != id && kinship(other) == Kinship::kOwn;
   };
   std::vector<Candidate> candidates;

@@ -7,6 +7,7 @@
 
 #include "protocol/codec/colour_codec.h"
 #include "protocol/types/keyframe.h"
+#include "protocol/types/keyframe_link.h"
 #include "protocol/types/result.h"
 
 namespace comap {
@@ -22,14 +23,6 @@ Result<Keyframe> decodeKeyframeWithoutImages(std::span<const uint8_t> bytes);
 
 /// The encoded keyframe with its colour packed more tightly, if that makes it smaller. kBadData as decodeKeyframe.
 Result<std::vector<uint8_t>> thinColour(std::span<const uint8_t> bytes, int jpeg_quality);
-
-/// What ties a keyframe to an earlier one; see Keyframe.
-struct KeyframeLink {
-  bool linked = false;
-  uint32_t linked_to = 0;
-  Pose T_link_this;
-  Matrix6d information = Matrix6d::Identity();
-};
 
 /// The encoded keyframe tied to another one, with `skipped` sequences before it that never come. kBadData as
 /// decodeKeyframe.

@@ -12,6 +12,7 @@ inline constexpr size_t kMaxTileSurfels = size_t{1} << 20;
 inline constexpr size_t kMaxTilePlaces = 256;
 inline constexpr size_t kMaxHeldTiles = size_t{1} << 15;
 inline constexpr size_t kMaxAlsoHeld = size_t{1} << 16;
+inline constexpr size_t kMaxRefusedTold = 16;  ///< of a status
 inline constexpr size_t kMaxMergeRobots = 256;
 inline constexpr size_t kMaxMergeVoters = 4096;
 inline constexpr size_t kMaxTextBytes = 1024;  ///< refusals, versions, device names, reasons

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "protocol/types/ids.h"
+#include "protocol/types/keyframe_link.h"
 #include "protocol/types/map_pose.h"
 #include "protocol/types/pose.h"
 #include "protocol/types/tile.h"
@@ -28,7 +29,7 @@ struct Acknowledgement {
   uint64_t session = 0;
   uint32_t next_expected = 0;
   std::vector<uint32_t> also_held;
-  uint32_t mapped_below = 0;  ///< every sequence below is in the map too
+  uint32_t mapped_below = 0;  ///< every sequence below is in the map too, but what the core refused
   std::string refusal;        ///< empty = welcome
   /// Why a keyframe that has just come cannot be taken, and the checksum of its message (messageChecksum): the robot
   /// keeps it and sends it again seldom. Empty: none such has come.
@@ -64,6 +65,13 @@ struct Interest {
 
 enum class TrackingState : uint8_t { kOk = 0, kPoor = 1, kLost = 2 };
 
+/// A keyframe that the core cannot take, and what it hangs on.
+struct RefusedKeyframe {
+  uint64_t session = 0;
+  uint32_t sequence = 0;
+  KeyframeLink link = {};
+};
+
 /// Robot -> all, a few times a second. `finished`: the source has ended and every keyframe is acknowledged.
 struct Status {
   std::string robot;
@@ -78,6 +86,8 @@ struct Status {
   uint64_t outbox_bytes = 0;
   uint32_t keyframes_thinned = 0, keyframes_dropped = 0;  ///< for want of room in the outbox
   uint32_t keyframes_refused = 0;                         ///< that the core cannot take; they wait in the outbox
+  /// Some of those, in turn: the core need not wait for them with what comes behind.
+  std::vector<RefusedKeyframe> refused = {};
 };
 
 /// Why a place match was accepted or refused. A refusal is data, kept and queryable.

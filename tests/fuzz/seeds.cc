@@ -84,6 +84,8 @@ void addMessages(const Seeds& seeds) {
   status.robot = "a";
   status.session = 7;
   seeds.add("status", "1", encodeStatus(status));
+  status.refused = {{7, 5, {true, 3, samples::pose(random), Matrix6d::Identity()}}, {6, 0}};
+  seeds.add("status", "2", encodeStatus(status));
   CoreStatus core;
   core.keyframes = 12;
   core.maps = 2;

@@ -440,12 +440,22 @@ TEST_F(AgentTest, AKeyframeThatTheCoreCannotTakeIsToldInLogStatusAndOnThePage) {
   EXPECT_EQ(std::count_if(log_.begin(), log_.end(),
                           [](const std::string& line) { return line.starts_with("the core refuses keyframe r/7/"); }),
             1);
-  agent.sendStatus(false);
   std::optional<Status> status;
-  while (auto delivery = core_->receive(milliseconds(0)))
-    if (delivery->topic == Topic::kStatus) status = *decodeStatus(delivery->payload);
-  ASSERT_TRUE(status);
+  std::set<uint32_t> told;
+  for (size_t i = 0; i < refused; ++i) {
+    agent.sendStatus(false);
+    while (auto delivery = core_->receive(milliseconds(0)))
+      if (delivery->topic == Topic::kStatus) status = *decodeStatus(delivery->payload);
+    ASSERT_TRUE(status);
+    for (const RefusedKeyframe& one : status->refused) {
+      EXPECT_EQ(one.session, kSession);
+      EXPECT_EQ(one.link.linked, one.sequence > 0);
+      EXPECT_EQ(one.link.linked_to, std::max(1u, one.sequence) - 1);
+      told.insert(one.sequence);
+    }
+  }
   EXPECT_EQ(status->keyframes_refused, refused);
+  EXPECT_EQ(told.size(), refused) << "in turn";
   EXPECT_GE(status->outbox, refused);
   const Telemetry::Report report = reportOf(agent, "r");
   EXPECT_NE(report.metrics.text().find("comap_agent_outbox_refused_keyframes{robot=\"r\"} " + std::to_string(refused)),

@@ -279,6 +279,11 @@ TEST_F(Sender, AKeyframeThatTheCoreCannotTakeIsToldOnceStaysAndGoesAgainSeldom) 
   refuse();
   EXPECT_EQ(sender.refused().size(), 1u);
   EXPECT_EQ(sender.waitingInAll(), 1u) << "it stays";
+  ASSERT_EQ(sender.refusedToTell().size(), 1u);
+  const RefusedKeyframe told = sender.refusedToTell().front();
+  EXPECT_EQ(std::pair(told.session, told.sequence), (std::pair<uint64_t, uint32_t>(7, 1)));
+  EXPECT_TRUE(told.link.linked);
+  EXPECT_EQ(told.link.linked_to, 0u);
   EXPECT_EQ(sentWithin(59s), 0);
   wire_.order.clear();
   for (int i = 0; i < 20 && wire_.order.empty(); ++i, now_ += 100ms) sender.sendDue(now_);
@@ -301,6 +306,7 @@ TEST_F(Sender, AKeyframeThatTheCoreCannotTakeIsToldOnceStaysAndGoesAgainSeldom) 
   wire_.there = 1;
   sender.sendDue(now_);
   EXPECT_EQ(wire_.order, (std::vector<OutboxKey>{{7, 1}})) << "another core may take it";
+  EXPECT_TRUE(sender.refusedToTell().empty()) << "it has not refused it";
   sender.acknowledge({"r", 7, 4, {}, 0, ""}, now_);
   EXPECT_EQ(sender.refused().size(), 0u);
   EXPECT_EQ(sender.waitingInAll(), 0u);

@@ -90,6 +90,66 @@ TEST_F(KeyframeIngestTest, WhatTheRobotDroppedIsNotWaitedForAlsoAfterAStart) {
   EXPECT_EQ(ingest_->waiting(), 0u);
 }
 
+TEST_F(KeyframeIngestTest, WhatIsPassedOverIsNotWaitedForAndReadyWhenItComes) {
+  for (const uint32_t sequence : {0u, 2u, 3u, 5u}) ASSERT_TRUE(ingest_->ingest(encoded("a", 1, sequence)));
+  EXPECT_EQ(takeAll(), std::vector<std::string>{"a/1/0"});
+  EXPECT_TRUE(ingest_->passOver({"a", 1, 1}, {}));
+  EXPECT_FALSE(ingest_->passOver({"a", 1, 1}, {})) << "known";
+  EXPECT_FALSE(ingest_->passOver({"a", 1, 0}, {})) << "mapped";
+  EXPECT_FALSE(ingest_->passOver({"a", 1, 5}, {})) << "there";
+  EXPECT_TRUE(ingest_->passOver({"a", 1, 6}, {})) << "before it is reached";
+  ASSERT_TRUE(ingest_->ingest(encoded("b", 1, 0)));
+  EXPECT_EQ(takeAll(), (std::vector<std::string>{"a/1/2", "a/1/3", "b/1/0"}));
+  ASSERT_TRUE(ingest_->ingest(encoded("b", 1, 1)));
+  ASSERT_TRUE(ingest_->ingest(encoded("a", 1, 4)));
+  ASSERT_TRUE(ingest_->ingest(encoded("a", 1, 7)));
+  ASSERT_TRUE(ingest_->ingest(encoded("a", 1, 6)));
+  ASSERT_TRUE(ingest_->ingest(encoded("a", 1, 1)));
+  EXPECT_FALSE(ingest_->ingest(encoded("a", 1, 1))->is_new);
+  EXPECT_EQ(takeAll(), (std::vector<std::string>{"b/1/1", "a/1/1", "a/1/4", "a/1/5", "a/1/6", "a/1/7"}))
+      << "before those behind it that still wait";
+  EXPECT_EQ(ingest_->waiting(), 0u);
+}
+
+TEST_F(KeyframeIngestTest, WhatWasPassedOverIsNotWaitedForAfterAStart) {
+  for (const uint32_t sequence : {0u, 2u, 3u}) ASSERT_TRUE(ingest_->ingest(encoded("a", 1, sequence)));
+  ASSERT_TRUE(store_->setPoses("a-1-0", {{{"a", 1, 0}, Pose()}, {{"a", 1, 2}, Pose()}}));
+  KeyframeIngest next(*store_);
+  ASSERT_TRUE(next.resume(*store_->keyframes()));
+  ASSERT_TRUE(next.hasNext());
+  EXPECT_EQ(toString(next.takeNext()), "a/1/3");
+  ASSERT_TRUE(next.ingest(encoded("a", 1, 1)));
+  ASSERT_TRUE(next.hasNext());
+  EXPECT_EQ(toString(next.takeNext()), "a/1/1");
+  EXPECT_FALSE(next.hasNext());
+}
+
+TEST_F(KeyframeIngestTest, WhatHangsOnThosePassedOverIsTiedToWhatTheyHangOn) {
+  const Pose step(Eigen::Quaterniond::Identity(), Eigen::Vector3d(1, 0, 0));
+  const Matrix6d sure = Matrix6d::Identity() * 1e4;
+  EXPECT_TRUE(ingest_->passOver({"a", 1, 4}, {true, 3, step, sure}));
+  EXPECT_TRUE(ingest_->passOver({"a", 1, 3}, {true, 1, step, sure}));
+  EXPECT_TRUE(ingest_->passOver({"a", 1, 7}, {}));
+  const auto tied = [&](const std::string& robot, uint32_t to) {
+    Keyframe keyframe;
+    keyframe.id = {robot, 1, 9};
+    keyframe.linked = true;
+    keyframe.linked_to = to;
+    keyframe.T_link_this = step;
+    keyframe.information = sure;
+    ingest_->tieAcrossGaps(keyframe);
+    return keyframe;
+  };
+  const Keyframe across = tied("a", 4);
+  EXPECT_TRUE(across.linked);
+  EXPECT_EQ(across.linked_to, 1u);
+  EXPECT_NEAR(across.T_link_this.translation().x(), 3, 1e-12);
+  EXPECT_NEAR(across.information(3, 3), 1e4 / 3, 1);
+  EXPECT_FALSE(tied("a", 7).linked) << "that one began a chain";
+  EXPECT_EQ(tied("a", 5).linked_to, 5u);
+  EXPECT_EQ(tied("b", 4).linked_to, 4u);
+}
+
 TEST_F(KeyframeIngestTest, DamagedBytesAreRefusedAndNotStored) {
   std::vector<uint8_t> bytes = encoded("a", 1, 0);
   bytes.resize(bytes.size() / 2);

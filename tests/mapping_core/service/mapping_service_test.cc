@@ -116,6 +116,70 @@ TEST_F(Service, AKeyframeThatCannotBeReadIsRefusedToItsRobot) {
   EXPECT_EQ(answer.next_expected, 1u);
 }
 
+// Its robot tells what it hangs on, so the map goes on in one piece; and it is part of that when it comes after all.
+TEST_F(Service, AKeyframeThatCannotBeTakenHoldsUpNoneBehindIt) {
+  COMAP_DEVICE_OR_SKIP(device);
+  auto store = create();
+  ASSERT_TRUE(store);
+  std::vector<Keyframe> keyframes;
+  for (int i = 0; i < 5; ++i) keyframes.push_back(roomKeyframe('a', i));
+  const auto mapped = [&] {
+    const auto stored = *store->keyframes();
+    return std::count_if(stored.begin(), stored.end(), [](const StoredKeyframe& one) { return !one.map.empty(); });
+  };
+  {
+    Core core(device, *store);
+    Robot robot(core);
+    const auto stepAll = [&] {
+      while (*core.service.step(milliseconds(0))) {
+      }
+    };
+    std::vector<uint8_t> damaged = *encodeKeyframe(keyframes[1]);
+    damaged.pop_back();
+    robot.send(damaged);
+    stepAll();
+    EXPECT_NE(robot.lastAnswer().refused, "");
+    for (const size_t i : {0, 2, 3}) robot.send(*encodeKeyframe(keyframes[i]));
+    stepAll();
+    EXPECT_EQ(mapped(), 1);
+    Status status;
+    status.robot = "a";
+    status.session = 1;
+    const Keyframe& gap = keyframes[1];
+    status.refused = {{1, 1, {true, 0, gap.T_link_this, gap.information}}};
+    ASSERT_TRUE(robot.wire->publish(Topic::kStatus, "a", *encodeStatus(status)));
+    stepAll();
+    EXPECT_EQ(mapped(), 3);
+    EXPECT_EQ(core.service.state().surfels.size(), 1u) << "one map";
+    const Acknowledgement answer = robot.lastAnswer();
+    EXPECT_EQ(answer.next_expected, 1u) << "it is not taken for delivered";
+    EXPECT_EQ(answer.also_held, (std::vector<uint32_t>{2, 3}));
+    EXPECT_EQ(answer.mapped_below, 4u);
+    robot.send(*encodeKeyframe(gap));
+    stepAll();
+    EXPECT_EQ(mapped(), 4);
+    EXPECT_EQ(core.service.state().surfels.size(), 1u);
+    const Acknowledgement last = robot.lastAnswer();
+    EXPECT_EQ(last.next_expected, 4u);
+    EXPECT_EQ(last.mapped_below, 4u) << "it does not go back";
+  }
+  Core core(device, *store);
+  ASSERT_TRUE(core.service.resume());
+  Robot robot(core);
+  robot.send(*encodeKeyframe(keyframes[4]));
+  while (*core.service.step(milliseconds(0))) {
+  }
+  EXPECT_EQ(mapped(), 5);
+  EXPECT_EQ(core.service.state().surfels.size(), 1u);
+  ASSERT_TRUE(core.service.finish({}));
+  const auto stored = store->keyframes();
+  ASSERT_TRUE(stored);
+  for (const StoredKeyframe& one : *stored) {
+    const Pose truth = roomPose('a', 0).inverse() * roomPose('a', one.id.sequence);
+    EXPECT_LT((one.T_map_cam.translation() - truth.translation()).norm(), 0.01) << toString(one.id);
+  }
+}
+
 TEST_F(Service, WhatIsWrittenIntoADeletedStoreIsNotAcknowledged) {
   COMAP_DEVICE_OR_SKIP(device);
   auto store = create();

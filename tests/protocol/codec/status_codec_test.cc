@@ -22,7 +22,8 @@ Status sample(samples::Random& random) {
           random(),
           number(),
           number(),
-          number()};
+          number(),
+          {{random(), 9, {true, 5, samples::pose(random), Matrix6d::Constant(7)}}, {random(), number(), {}}}};
 }
 
 TEST(StatusCodec, RoundTrip) {
@@ -46,6 +47,15 @@ TEST(StatusCodec, RoundTrip) {
     EXPECT_EQ(back->keyframes_thinned, status.keyframes_thinned);
     EXPECT_EQ(back->keyframes_dropped, status.keyframes_dropped);
     EXPECT_EQ(back->keyframes_refused, status.keyframes_refused);
+    ASSERT_EQ(back->refused.size(), 2u);
+    for (int k = 0; k < 2; ++k) {
+      EXPECT_EQ(back->refused[k].session, status.refused[k].session);
+      EXPECT_EQ(back->refused[k].sequence, status.refused[k].sequence);
+      EXPECT_EQ(back->refused[k].link.linked, status.refused[k].link.linked);
+    }
+    EXPECT_EQ(back->refused[0].link.linked_to, 5u);
+    EXPECT_TRUE(samples::near(back->refused[0].link.T_link_this, status.refused[0].link.T_link_this));
+    EXPECT_EQ(back->refused[0].link.information, status.refused[0].link.information);
   }
 }
 
@@ -53,6 +63,35 @@ TEST(StatusCodec, RefusesAnUnknownTrackingState) {
   samples::Random random(1);
   Status status = sample(random);
   status.tracking = static_cast<TrackingState>(3);
+  EXPECT_FALSE(encodeStatus(status));
+}
+
+TEST(StatusCodec, RefusesARefusedKeyframeThatHangsOnALaterOne) {
+  samples::Random random(1);
+  Status status = sample(random);
+  status.refused.front().link.linked_to = status.refused.front().sequence;
+  const auto bytes = encodeStatus(status);
+  ASSERT_FALSE(bytes);
+  EXPECT_THAT(bytes.error().text, testing::HasSubstr("refused: linked_to is 9, expected less"));
+}
+
+TEST(StatusCodec, WithTwoRefusedKeyframesItFitsOneDatagram) {
+  samples::Random random(1);
+  for (int i = 0; i < 200; ++i) {
+    Status status = sample(random);
+    status.refused[1].link = status.refused[0].link;
+    status.refused[0].sequence = status.refused[1].sequence = 4000000000u;
+    status.refused[0].link.linked_to = status.refused[1].link.linked_to = 3999999999u;
+    const auto bytes = encodeStatus(status);
+    ASSERT_TRUE(bytes);
+    ASSERT_LE(bytes->size(), 950u);
+  }
+}
+
+TEST(StatusCodec, RefusesMoreRefusedKeyframesThanALimit) {
+  samples::Random random(1);
+  Status status = sample(random);
+  status.refused.resize(kMaxRefusedTold + 1);
   EXPECT_FALSE(encodeStatus(status));
 }
 
