@@ -13,6 +13,7 @@
 #include "mapping_core/service/core_load.h"
 #include "mapping_core/service/live_tiles.h"
 #include "mapping_core/service/map_builder.h"
+#include "mapping_core/service/presence_book.h"
 #include "mapping_core/service/store_health.h"
 #include "mapping_core/service/tile_delivery.h"
 #include "protocol/link/link.h"
@@ -90,7 +91,6 @@ class MappingService {
  private:
   Result<void> handle(const Delivery& delivery);
   void noteHello(const std::string& robot, const std::string& refusal);
-  void notePresence(const std::string& robot, bool present);
   void noteAlive(const std::string& robot, uint64_t session);
   void goOnWithout(const Status& status);
   Result<void> handleKeyframe(const Delivery& delivery);
@@ -120,6 +120,7 @@ class MappingService {
   gpu::Device& device_;
   Log log_;
   StoreHealth store_health_;
+  PresenceBook presence_;
   KeyframeIngest ingest_;
   RobotRegistry registry_;
   MapBuilder builder_;
@@ -133,7 +134,6 @@ class MappingService {
   uint32_t keyframes_ = 0;
   uint64_t first_revision_ = 0;  // of corrections: above those of earlier cores on this store
   std::chrono::steady_clock::time_point last_mapped_;
-  std::map<std::string, bool> present_;  // by robot, as the store has it: here, or orderly gone
   const std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
 };
 
