@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "protocol/codec/message_checksum.h"
 #include "protocol/storage/database.h"
 #include "tests/end_to_end/background.h"
 #include "tests/end_to_end/flat_test.h"
@@ -99,6 +100,52 @@ TEST_F(DurableOutbox, OfflineNowDeliveredLater) {
   EXPECT_EQ(core_now->end(SIGTERM), 0);
   EXPECT_EQ(info().at("keyframes").get<int64_t>(), made);
   EXPECT_EQ(info().at("keyframes_without_pose"), 0);
+  EXPECT_EQ(madeSoFar(), 0);
+}
+
+// As if another release of the agent had made it: one keyframe amid the others that the core cannot take, until it is
+// another core.
+TEST_F(DurableOutbox, AKeyframeThatTheCoreCannotTakeHoldsUpNoneBehindIt) {
+  auto offline = agent({"--source", recording(0, 120), "--offline"});
+  EXPECT_EQ(offline->wait(), 0) << contentOf(folder_.path("a.log"));
+  const int64_t made = madeSoFar(), middle = made / 2;
+  ASSERT_GE(made, 5);
+  const auto setMajor = [&](uint8_t major) {
+    auto box = Database::open(folder_.path("a.outbox"), SQLITE_OPEN_READWRITE);
+    auto read = box->query("SELECT encoded FROM messages WHERE sequence = ?");
+    ASSERT_TRUE(read && *read->bind(middle).step());
+    const auto bytes = read->bytes();
+    std::vector<uint8_t> message(bytes.begin(), bytes.end());
+    ASSERT_EQ(message[0], 8) << "field 1 comes first";
+    message[1] = major;
+    auto message_row = box->query("UPDATE messages SET encoded = ? WHERE sequence = ?");
+    ASSERT_TRUE(message_row->bind(std::span<const uint8_t>(message)).bind(middle).run());
+    auto row = box->query("UPDATE keyframes SET crc32 = ? WHERE sequence = ?");
+    ASSERT_TRUE(row->bind(int64_t{messageChecksum(message)}).bind(middle).run());
+  };
+  setMajor(2);
+  auto first_core = core();
+  auto deliver = agent({"--deliver"});
+  EXPECT_EQ(deliver->wait(), 1) << contentOf(folder_.path("a.log"));
+  EXPECT_NE(contentOf(folder_.path("a.log")).find("the core refuses 1 keyframe: keyframe: protocol major 2"),
+            std::string::npos)
+      << contentOf(folder_.path("a.log"));
+  EXPECT_EQ(first_core->end(SIGTERM), 0) << contentOf(folder_.path("core.log"));
+  EXPECT_NE(contentOf(folder_.path("core.log")).find("goes on without keyframe a/"), std::string::npos);
+  Json now = info();
+  EXPECT_EQ(now.at("keyframes").get<int64_t>(), made - 1);
+  EXPECT_EQ(now.at("keyframes_without_pose"), 0) << "none waits for it";
+  EXPECT_EQ(now.at("maps").size(), 1u) << "tied across the gap";
+
+  setMajor(1);
+  auto second_core = core();
+  auto again = agent({"--deliver"});
+  EXPECT_EQ(again->wait(), 0) << contentOf(folder_.path("a.log"));
+  EXPECT_EQ(second_core->end(SIGTERM), 0) << contentOf(folder_.path("core.log"));
+  now = info();
+  EXPECT_EQ(now.at("keyframes").get<int64_t>(), made);
+  EXPECT_EQ(now.at("keyframes_without_pose"), 0);
+  EXPECT_EQ(now.at("maps").size(), 1u) << "it is part of it";
   EXPECT_EQ(madeSoFar(), 0);
 }
 
