@@ -25,7 +25,7 @@ std::string wholeNumber(const std::string& text) {
 
 // All in one transaction, refused or recorded.
 Result<MergeDecision> decide(const SplitOptions& options, const CoreConfig& config, MapStore& store) {
-  const auto keyframes = mappedKeyframes(store);
+  const auto keyframes = store.mappedKeyframes();
   if (!keyframes) return keyframes.error();
   auto transaction = store.begin();
   if (!transaction) return transaction.error();

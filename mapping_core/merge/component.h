@@ -16,6 +16,8 @@ namespace comap {
 /// (first keyframe) is smallest, so the result does not depend on arrival order of votes.
 class ComponentSet {
  public:
+  /// So many keyframes are to come.
+  void reserve(size_t keyframes) { index_.reserve(keyframes); }
   /// Adds a keyframe as a new component of its own, anchored at it.
   void addAlone(const KeyframeId& keyframe);
   /// Adds a keyframe into the component of `neighbour`.

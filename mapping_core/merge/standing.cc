@@ -74,6 +74,7 @@ void join(Shape& shape, const std::vector<const Edge*>& known, std::span<const M
 Shape shapeOf(std::span<const KeyframeId> keyframes, std::span<const Edge> edges, std::span<const MergeRecord> merges,
               size_t votes_needed) {
   Shape shape;
+  shape.components.reserve(keyframes.size());
   for (const KeyframeId& keyframe : keyframes) shape.components.addAlone(keyframe);
   join(shape, sortEdges(edges, shape.components).known, merges, votes_needed);
   return shape;

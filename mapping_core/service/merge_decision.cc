@@ -133,13 +133,4 @@ Result<size_t> doubtedSince(const MapStore& store, const MergeRecord& merge) {
   return again->value_or(merge.keyframes_ingested);
 }
 
-Result<std::vector<KeyframeId>> mappedKeyframes(const MapStore& store) {
-  auto keyframes = store.keyframes();
-  if (!keyframes) return keyframes.error();
-  std::vector<KeyframeId> mapped;
-  for (StoredKeyframe& keyframe : *keyframes)
-    if (!keyframe.map.empty()) mapped.push_back(std::move(keyframe.id));
-  return mapped;
-}
-
 }  // namespace comap

@@ -31,7 +31,4 @@ Result<MergeDecision> decideRejoin(MapStore& store, std::span<const KeyframeId> 
 /// came since judges it.
 Result<size_t> doubtedSince(const MapStore& store, const MergeRecord& merge);
 
-/// The keyframes of a store that are mapped, in order of arrival.
-Result<std::vector<KeyframeId>> mappedKeyframes(const MapStore& store);
-
 }  // namespace comap

@@ -1,4 +1,4 @@
-// Opening, keyframes and their poses, robots, meta.
+// Opening, transactions, robots, meta.
 #include "mapping_core/store/map_store.h"
 
 #include <filesystem>
@@ -8,7 +8,6 @@
 #include "mapping_core/store/schema.h"
 #include "mapping_core/store/store_lock.h"
 #include "mapping_core/store/table_rows.h"
-#include "protocol/codec/message_checksum.h"
 
 namespace comap {
 namespace {
@@ -38,14 +37,6 @@ Result<void> checkFile(const std::string& path, MapStore::Mode mode) {
   if (status.type() != fs::file_type::regular)
     return Error{ErrorCode::kUnreachable, path + ": is no regular file, expected a map store"};
   return {};
-}
-
-// The contributor bit of the robot: its place in the order of first arrival.
-Result<void> registerRobot(Database& database, const std::string& robot) {
-  Result<Query> query = database.query(
-      "INSERT INTO robots (bit, name) SELECT count(*), ?1 FROM robots WHERE true ON CONFLICT (name) DO NOTHING");
-  if (!query) return query.error();
-  return query->bind(robot).run();
 }
 
 // Who was killed while it opened or closed the store has left its last change half done, with a journal. SQLite takes
@@ -138,96 +129,6 @@ Result<StoreTransaction> MapStore::beginReading() const {
   Result<Transaction> transaction = Transaction::beginReading(state_->database);
   if (!transaction) return transaction.error();
   return StoreTransaction(std::make_unique<Transaction>(std::move(*transaction)));
-}
-
-Result<bool> MapStore::addKeyframe(const KeyframeId& id, int64_t stamp_ns, std::span<const uint8_t> encoded) {
-  Database& database = state_->database;
-  Result<Transaction> transaction = Transaction::begin(database);
-  if (!transaction) return transaction.error();
-  if (Result<void> registered = registerRobot(database, id.robot); !registered) return registered.error();
-
-  Result<Query> row = database.query(
-      "INSERT INTO keyframes (arrival, robot, session, sequence, stamp_ns, bytes, crc32) "
-      "SELECT coalesce(max(arrival) + 1, 0), ?, ?, ?, ?, ?, ? FROM keyframes WHERE true "
-      "ON CONFLICT (robot, session, sequence) DO NOTHING");
-  if (!row) return row.error();
-  row->bind(id).bind(stamp_ns).bind(static_cast<int64_t>(encoded.size())).bind(int64_t{messageChecksum(encoded)});
-  if (Result<void> ran = row->run(); !ran) return ran.error();
-  if (database.changes() == 0) return false;  // rolled back: nothing to write
-
-  Result<Query> message = database.query(
-      "INSERT INTO keyframe_messages (keyframe, encoded) SELECT arrival, ?4 FROM keyframes "
-      "WHERE robot = ?1 AND session = ?2 AND sequence = ?3");
-  if (!message) return message.error();
-  if (Result<void> ran = message->bind(id).bind(encoded).run(); !ran) return ran.error();
-  if (Result<void> committed = transaction->commit(); !committed) return committed.error();
-  return true;
-}
-
-Result<std::vector<StoredKeyframe>> MapStore::keyframes() const {
-  Result<Query> query = state_->database.query(
-      "SELECT robot, session, sequence, stamp_ns, arrival, bytes, map, " COMAP_POSE_COLUMNS ", "
-      "iif(poses.keyframe IS NULL OR poses." COMAP_IS_SOUND(COMAP_POSE_ROW) ", -1, arrival), "
-      "iif(keyframes." COMAP_IS_SOUND(COMAP_KEYFRAME_ROW) ", -1, arrival) "
-      "FROM keyframes LEFT JOIN poses ON keyframe = arrival ORDER BY arrival");
-  if (!query) return query.error();
-  std::vector<StoredKeyframe> result;
-  for (;;) {
-    const Result<bool> row = query->step();
-    if (!row) return row.error();
-    if (!*row) return result;
-    StoredKeyframe keyframe;
-    keyframe.id = query->keyframeId();
-    keyframe.stamp_ns = query->integer();
-    keyframe.arrival = query->unsigned32();
-    keyframe.bytes = query->unsigned32();
-    keyframe.map = query->text();
-    const Pose T_map_cam = query->pose();
-    if (!keyframe.map.empty()) keyframe.T_map_cam = T_map_cam;
-    query->checked("pose of keyframe");
-    query->checked("row of keyframe");
-    result.push_back(std::move(keyframe));
-  }
-}
-
-Result<std::vector<uint8_t>> MapStore::encodedKeyframe(const KeyframeId& id) const {
-  Result<Query> query = state_->database.query(
-      "SELECT crc32, encoded FROM keyframes JOIN keyframe_messages ON keyframe = arrival "
-      "WHERE robot = ? AND session = ? AND sequence = ?");
-  if (!query) return query.error();
-  const Result<bool> row = query->bind(id).step();
-  if (!row) return row.error();
-  const std::string& path = state_->database.path();
-  if (!*row) return Error{ErrorCode::kWrongUse, path + ": holds no keyframe " + toString(id)};
-  const int64_t expected = query->integer();
-  const std::span<const uint8_t> bytes = query->bytes();
-  if (messageChecksum(bytes) != expected) {
-    return Error{ErrorCode::kBadData, path + ": keyframe " + toString(id) + " is damaged: its checksum is " +
-                                          std::to_string(messageChecksum(bytes)) + ", expected " +
-                                          std::to_string(expected)};
-  }
-  return std::vector<uint8_t>(bytes.begin(), bytes.end());
-}
-
-Result<void> MapStore::setPoses(const MapId& map, const std::map<KeyframeId, Pose>& T_map_cam) {
-  Database& database = state_->database;
-  if (map.empty()) return Error{ErrorCode::kWrongUse, database.path() + ": a map's name must not be empty"};
-  Result<Transaction> transaction = Transaction::begin(database);
-  if (!transaction) return transaction.error();
-  for (const auto& [id, pose] : T_map_cam) {
-    Result<Query> query = database.query(
-        "INSERT INTO poses (keyframe, map, qx, qy, qz, qw, tx, ty, tz) "
-        "SELECT arrival, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11 FROM keyframes "
-        "WHERE robot = ?1 AND session = ?2 AND sequence = ?3 "
-        "ON CONFLICT (keyframe) DO UPDATE SET map = excluded.map, qx = excluded.qx, qy = excluded.qy, "
-        "qz = excluded.qz, qw = excluded.qw, tx = excluded.tx, ty = excluded.ty, tz = excluded.tz");
-    if (!query) return query.error();
-    if (Result<void> ran = query->bind(id).bind(map).bind(pose).run(); !ran) return ran;
-    if (database.changes() == 0) {
-      return Error{ErrorCode::kWrongUse, database.path() + ": holds no keyframe " + toString(id) + " to give a pose"};
-    }
-  }
-  return transaction->commit();
 }
 
 Result<std::vector<std::string>> MapStore::robots() const {

@@ -80,6 +80,8 @@ class MapStore {
   /// Idempotent by id: true if it was new. `encoded` is the keyframe message as received.
   Result<bool> addKeyframe(const KeyframeId& id, int64_t stamp_ns, std::span<const uint8_t> encoded);
   Result<std::vector<StoredKeyframe>> keyframes() const;
+  /// Those that have a pose, in order of arrival; the poses themselves are not looked at.
+  Result<std::vector<KeyframeId>> mappedKeyframes() const;
   Result<std::vector<uint8_t>> encodedKeyframe(const KeyframeId& id) const;
 
   /// An edge of the same kind between the same keyframes, in this direction, is replaced in its place.

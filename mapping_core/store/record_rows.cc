@@ -29,22 +29,26 @@ Result<EdgeKind> kindOf(const std::string& name, const std::string& path) {
 std::string kindName(EdgeKind kind) { return kKindNames.at(size_t(kind)); }
 
 Result<WithdrawnEdge> edgeOf(Query& query, const std::string& path) {
+  const RowState state = query.rowState(COMAP_EDGE_TYPES);
+  const int64_t number = query.integer();
   WithdrawnEdge one;
   const Result<EdgeKind> kind = kindOf(query.text(), path);
   if (!kind) return kind.error();
   one.edge.kind = *kind;
   one.edge.from = query.keyframeId();
   one.edge.to = query.keyframeId();
-  one.edge.merge = query.unsigned32();
-  one.withdrawn_by = query.unsigned32();
   const PackedNumbers numbers = numbersOf(query);
   one.edge.T_from_to = numbers.pose;
   one.edge.information = numbers.information;
-  query.checked("edge");
+  one.edge.merge = query.unsigned32();
+  one.withdrawn_by = query.unsigned32();
+  query.judged(state, "edge", number);
   return one;
 }
 
 MatchVerdict verdictOf(Query& query) {
+  const RowState state = query.rowState(COMAP_VERDICT_TYPES);
+  const int64_t number = query.integer();
   MatchVerdict v;
   v.query = query.keyframeId();
   v.candidate = query.keyframeId();
@@ -57,7 +61,7 @@ MatchVerdict verdictOf(Query& query) {
   const PackedNumbers numbers = numbersOf(query);
   v.T_candidate_query = numbers.pose;
   v.information = numbers.information;
-  query.checked("verdict");
+  query.judged(state, "verdict", number);
   return v;
 }
 

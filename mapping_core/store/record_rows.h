@@ -7,10 +7,9 @@
 #include "mapping_core/store/table_rows.h"
 #include "protocol/storage/database.h"
 
-/// The last column tells whether the row fits its checksum.
-#define COMAP_EDGE_COLUMNS COMAP_TIE_COLUMNS ", merge, withdrawn_by, numbers, " COMAP_SOUND_OR("number", COMAP_EDGE_ROW)
-#define COMAP_VERDICT_COLUMNS \
-  COMAP_JUDGEMENT_COLUMNS ", " COMAP_SCORE_COLUMNS ", numbers, " COMAP_SOUND_OR("number", COMAP_VERDICT_ROW)
+/// The last column is the row's checksum, or tells whether the row fits it.
+#define COMAP_EDGE_COLUMNS COMAP_EDGE_ROW ", checksum"
+#define COMAP_VERDICT_COLUMNS COMAP_VERDICT_ROW ", checksum"
 #define COMAP_MERGE_COLUMNS                                                 \
   "number, kept, absorbed, keyframes_ingested, undone, " COMAP_POSE_COLUMNS \
   ", " COMAP_SOUND_OR("number", COMAP_MERGE_ROW)

@@ -16,15 +16,10 @@
 namespace comap {
 namespace {
 
-constexpr int kTold = 20;  // of what SQLite finds
-
-// Of rows of edges and verdicts, what is looked at, and its types.
-#define COMAP_EDGE_LOOK COMAP_TIE_COLUMNS ", merge, withdrawn_by, numbers, " COMAP_IS_SOUND(COMAP_EDGE_ROW)
-#define COMAP_VERDICT_LOOK COMAP_JUDGEMENT_COLUMNS ", numbers, " COMAP_IS_SOUND(COMAP_VERDICT_ROW)
-constexpr std::string_view kEdgeTypes = "ttiitiiiib", kVerdictTypes = "tiitiiitb";
+constexpr int kTold = 20;    // of what SQLite finds
+constexpr int kScores = 10;  // columns of a verdict that are numbers of its tests
 
 Error damagedRow(const std::string& text) { return {ErrorCode::kBadData, text}; }
-Error mistyped() { return damagedRow("a value of it is of another type than its column"); }
 
 // On a connection of its own: it reads every page, and so do the others.
 std::vector<std::string> checkPages(const std::string& path) {
@@ -85,13 +80,13 @@ void readEdges(Database& database, StoreSurvey& survey, IndexEntries& entries) {
   KeyframeRuns whole;
   addAll(survey.keyframes, whole);
   const auto check = [&](int64_t number, Query& row) -> Result<void> {
-    if (!row.areOf(kEdgeTypes)) return mistyped();
+    if (auto sound = checkRow(row, COMAP_EDGE_TYPES); !sound) return sound;
+    row.skip(1);  // its number
     const std::string_view kind = row.textView();
     const KeyframeId from = row.keyframeId(), to = row.keyframeId();
-    const int64_t merge = row.unsigned32(), withdrawn_by = row.unsigned32();
     std::string wrong;
     const auto numbers = unpackNumbers(row.bytes(), wrong);
-    if (row.integer() != 1) return damagedRow(kUnsound);
+    const int64_t merge = row.unsigned32(), withdrawn_by = row.unsigned32();
     const auto known = kindOf(std::string(kind), database.path());
     if (!known) return known.error();
     if (!numbers) return damagedRow(wrong);
@@ -107,7 +102,7 @@ void readEdges(Database& database, StoreSurvey& survey, IndexEntries& entries) {
     if (merge != 0) entries.edges_of_merges.add(EntryHash().add(merge).add(number));
     return {};
   };
-  surveyTable(database, "edge", COMAP_TABLE_ROWS("edges", "number", COMAP_EDGE_LOOK), check, survey.damage,
+  surveyTable(database, "edge", COMAP_TABLE_ROWS("edges", "number", COMAP_EDGE_COLUMNS), check, survey.damage,
               survey.edges);
 }
 
@@ -123,20 +118,21 @@ void readVerdicts(Database& database, const std::vector<WholeKeyframe>& keyframe
   KeyframeRuns whole;
   addAll(keyframes, whole);
   const auto check = [&](int64_t number, Query& row) -> Result<void> {
-    if (!row.areOf(kVerdictTypes)) return mistyped();
+    if (auto sound = checkRow(row, COMAP_VERDICT_TYPES); !sound) return sound;
+    row.skip(1);  // its number
     const KeyframeId query = row.keyframeId(), candidate = row.keyframeId();
     const int64_t accepted = row.integer();
     const std::string_view reason = row.textView();
+    row.skip(kScores);
     std::string wrong;
     const auto numbers = unpackNumbers(row.bytes(), wrong);
-    if (row.integer() != 1) return damagedRow(kUnsound);
     if (!numbers) return damagedRow(wrong);
     if (auto places = placesOf(whole, query, candidate); !places) return places.error();
     if (auto values = row.values(); !values) return values;
     found.verdict_entries.add(EntryHash().add(int64_t{accepted != 0}).add(reason).add(number));
     return {};
   };
-  surveyTable(database, "verdict", COMAP_TABLE_ROWS("verdicts", "number", COMAP_VERDICT_LOOK), check, found.damage,
+  surveyTable(database, "verdict", COMAP_TABLE_ROWS("verdicts", "number", COMAP_VERDICT_COLUMNS), check, found.damage,
               found.verdicts);
 }
 

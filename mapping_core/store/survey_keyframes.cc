@@ -22,12 +22,13 @@ struct Description {
   KeyframeId id;
   int64_t bytes = 0, crc32 = 0;
 };
-#define COMAP_DESCRIPTION_COLUMNS "robot, session, sequence, bytes, crc32"
-#define COMAP_DESCRIPTION_TYPES "tiiii"
 
+// Of a query that stands on COMAP_KEYFRAME_ROW and its checksum.
 Description descriptionOf(Query& row) {
   Description description;
+  row.skip(1);  // its arrival
   description.id = row.keyframeId();
+  row.skip(1);  // its stamp
   description.bytes = row.integer();
   description.crc32 = row.integer();
   return description;
@@ -36,19 +37,15 @@ Description descriptionOf(Query& row) {
 std::map<int64_t, Description> readDescriptions(Database& database, StoreSurvey& survey, IndexEntries& entries) {
   std::map<int64_t, Description> result;
   const auto check = [&](int64_t arrival, Query& row) -> Result<void> {
-    if (!row.areOf(COMAP_DESCRIPTION_TYPES "i")) return mistyped();
+    if (auto sound = checkRow(row, COMAP_KEYFRAME_TYPES); !sound) return sound;
     const Description description = descriptionOf(row);
-    (void)row.integer();
-    if (row.integer() != 1) return damagedRow(kUnsound);
     if (auto values = row.values(); !values) return values;
     result[arrival] = description;
     entries.keyframes.add(EntryHash().add(description.id).add(arrival));
     return {};
   };
   KeptRows kept;
-  surveyTable(database, "row of keyframe",
-              COMAP_TABLE_ROWS("keyframes", "arrival",
-                               COMAP_DESCRIPTION_COLUMNS ", stamp_ns, " COMAP_IS_SOUND(COMAP_KEYFRAME_ROW)),
+  surveyTable(database, "row of keyframe", COMAP_TABLE_ROWS("keyframes", "arrival", COMAP_KEYFRAME_ROW ", checksum"),
               check, survey.damage, kept);
   if (!kept.all()) survey.descriptions.skip();
   if (!kept.inOrder()) survey.descriptions.leaveOrder();
@@ -92,10 +89,10 @@ void readPoses(Database& database, StoreSurvey& survey) {
   std::unordered_map<int64_t, StoredKeyframe*> by_arrival;
   for (WholeKeyframe& keyframe : survey.keyframes) by_arrival[keyframe.stored.arrival] = &keyframe.stored;
   const auto check = [&](int64_t arrival, Query& row) -> Result<void> {
-    if (!row.areOf("trrrrrrr")) return mistyped();
+    if (auto sound = checkRow(row, COMAP_POSE_TYPES); !sound) return sound;
+    row.skip(1);  // its keyframe
     const std::string map = row.text();
     const Pose pose = row.pose();
-    if (row.integer() != 1) return damagedRow(kUnsound);
     if (auto values = row.values(); !values) return values;
     if (map.empty() || !pose.translation().allFinite()) return damagedRow("names no map, or a number of it is none");
     if (const auto keyframe = by_arrival.find(arrival); keyframe != by_arrival.end()) {
@@ -104,9 +101,8 @@ void readPoses(Database& database, StoreSurvey& survey) {
     }
     return {};
   };
-  surveyTable(database, "pose of keyframe",
-              COMAP_TABLE_ROWS("poses", "keyframe", "map, " COMAP_POSE_COLUMNS ", " COMAP_IS_SOUND(COMAP_POSE_ROW)),
-              check, survey.damage, survey.poses);
+  surveyTable(database, "pose of keyframe", COMAP_TABLE_ROWS("poses", "keyframe", COMAP_POSE_ROW ", checksum"), check,
+              survey.damage, survey.poses);
 }
 
 // Sequences that are neither there nor were skipped by their robot.
@@ -173,7 +169,7 @@ void surveyKeyframes(Database& database, StoreSurvey& survey, IndexEntries& entr
 }
 
 Result<void> checkMessage(Database& database, int64_t arrival) {
-  auto query = database.query("SELECT " COMAP_DESCRIPTION_COLUMNS
+  auto query = database.query("SELECT " COMAP_KEYFRAME_ROW
                               ", encoded FROM keyframes JOIN keyframe_messages ON keyframe = arrival "
                               "WHERE arrival = ?");
   if (!query) return query.error();

@@ -55,7 +55,7 @@ std::string reasonOf(const Error& error, const Database& database) {
   return error.text.starts_with(prefix) ? error.text.substr(prefix.size()) : error.text;
 }
 
-Result<bool> checkRow(Database& database, const char* one, int64_t number, const RowCheck& check) {
+Result<bool> checkOne(Database& database, const char* one, int64_t number, const RowCheck& check) {
   auto query = database.query(one);
   if (!query) return query.error();
   const auto there = query->bind(number).step();
@@ -107,7 +107,7 @@ Asked askForEach(Database& database, const TableRows& rows, int64_t first, const
   asked.last = asked.known ? *last : kBlindRows;
   asked.none = true;
   for (int64_t number = first; number <= asked.last; ++number) {
-    const auto whole = checkRow(database, rows.one, number, check);
+    const auto whole = checkOne(database, rows.one, number, check);
     if (whole) asked.none = false;
     if (whole && *whole && !asked.known) asked.last = std::max(asked.last, number + kBlindRows);
     if (whole && *whole) kept.add(number);
@@ -202,6 +202,18 @@ void remarkCompactDue(Database& database, std::vector<std::string>& remarks) {
   const auto due = database.integer("SELECT count(*) FROM meta WHERE key = 'compact_due'");
   if (due && *due > 0)  // one that cannot be read is told of by those who look for damage
     remarks.push_back("what was forgotten is overwritten; 'fleet finish' writes the file anew without it");
+}
+
+Result<void> checkRow(const Query& row, std::string_view types) {
+  switch (row.rowState(types)) {
+    case RowState::kMistyped:
+      return Error{ErrorCode::kBadData, "a value of it is of another type than its column"};
+    case RowState::kUnsound:
+      return Error{ErrorCode::kBadData, kUnsound};
+    case RowState::kSound:
+      break;
+  }
+  return {};
 }
 
 void addLines(const std::string& prefix, const std::string& text, std::vector<std::string>& damage) {

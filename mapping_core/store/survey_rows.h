@@ -38,6 +38,9 @@ void remarkCompactDue(Database& database, std::vector<std::string>& remarks);
 /// Why a row is not taken that does not fit its checksum.
 inline constexpr const char* kUnsound = "its checksum is not that of its values";
 
+/// That of columns as Query::rowState() takes them neither is wrong; else kBadData.
+Result<void> checkRow(const Query& row, std::string_view types);
+
 /// Adds each line of a text by itself.
 void addLines(const std::string& prefix, const std::string& text, std::vector<std::string>& damage);
 

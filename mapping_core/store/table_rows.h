@@ -23,6 +23,12 @@
 #define COMAP_MERGE_VOTER_ROW "merge, position, robot, session, sequence"
 #define COMAP_TILE_ROW "number, map, x, y, z, revision, surfels"
 
+// The types of those columns, as Query::rowState() takes them.
+#define COMAP_KEYFRAME_TYPES "itiiiii"
+#define COMAP_POSE_TYPES "itrrrrrrr"
+#define COMAP_EDGE_TYPES "ittiitiibii"
+#define COMAP_VERDICT_TYPES "itiitiiitrrrrrrrrrrb"
+
 /// 1 if the row is as it was written, else 0 or NULL.
 #define COMAP_IS_SOUND(row) "checksum = row_sum(" row ")"
 /// For Query::checked().

@@ -18,6 +18,9 @@ namespace comap {
 
 class Database;
 
+/// Whether a row is as it was written.
+enum class RowState : uint8_t { kSound, kMistyped, kUnsound };
+
 /// One run of a prepared statement: bind from left to right, step, read columns from left to right. Resets itself.
 /// What is wrong with a bound value or a read column is kept and comes out of the next step().
 class Query {
@@ -46,7 +49,11 @@ class Query {
   /// Whether the columns from the next one on are of these types, a letter each: i INTEGER, t TEXT, b BLOB, r REAL or
   /// NULL. Reads none of them. Else a column would be read as what it is expected to be: a damaged row can hold any.
   bool areOf(std::string_view types) const;
+  /// Of all columns of a table, in the order of its checksum, which follows them, from the next one on: whether they
+  /// are of these types, and fit the checksum. Reads none of them.
+  RowState rowState(std::string_view types) const;
 
+  void skip(int columns) { column_ += columns; }
   int64_t integer();
   uint32_t unsigned32();  ///< out of range: kBadData at the next step
   double real();          ///< NULL is NaN
@@ -58,6 +65,8 @@ class Query {
   /// Of a column that is -1, or else the row's number because its checksum is not that of its values. `what`: a row's
   /// name.
   void checked(const char* what);
+  /// The same of a row whose rowState() was asked for.
+  void judged(RowState state, const char* what, int64_t number);
   /// What else is wrong with the row.
   void damaged(const std::string& text) { damage_ = text; }
 
