@@ -8,6 +8,7 @@
 #include "fleet_tools/command_line/verb.h"
 #include "fleet_tools/store/record_json.h"
 #include "mapping_core/store/store_glance.h"
+#include "mapping_core/store/store_leavings.h"
 #include "mapping_core/store/store_survey.h"
 
 namespace comap {
@@ -80,8 +81,12 @@ void print(const StoreGlance& glance) {
 }
 
 template <class Found>
-int tell(const Result<Found>& found, bool json) {
+int tell(Result<Found> found, bool taken_back, bool json) {
   if (!found) return failWith(found.error());
+  if (taken_back)
+    found->remarks.insert(found->remarks.begin(),
+                          "its writer was killed within a change, as it opened or closed the store: that change is "
+                          "taken back, and nothing else was written");
   if (json) {
     printJson(jsonOf(*found));
   } else {
@@ -91,14 +96,16 @@ int tell(const Result<Found>& found, bool json) {
 }
 
 int run(const DoctorArguments& arguments) {
+  const bool taken_back = takeBackHalfChange(arguments.store);  // else it cannot be read
   std::error_code none;
   const uintmax_t bytes = std::filesystem::file_size(arguments.store, none);
-  if (!arguments.full && !none && bytes > kSmallBytes) return tell(glanceAtStore(arguments.store), arguments.json);
-  const auto survey = [&] {
+  if (!arguments.full && !none && bytes > kSmallBytes)
+    return tell(glanceAtStore(arguments.store), taken_back, arguments.json);
+  auto survey = [&] {
     Progress progress("reading keyframes");
     return surveyStore(arguments.store, [&](size_t done, size_t all) { progress.show(done, all); });
   }();
-  return tell(survey, arguments.json);
+  return tell(std::move(survey), taken_back, arguments.json);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "fleet_tools/command_line/verb.h"
 #include "fleet_tools/store/record_json.h"
 #include "fleet_tools/store/store_change.h"
+#include "mapping_core/store/schema.h"
 
 namespace comap {
 namespace {
@@ -13,18 +14,28 @@ namespace {
 int run(const StoreChange& change) {
   const auto config = configOf(change);
   if (!config) return failWith(config.error());
+  const auto version = storeVersionOf(change.store);
   auto store = openToChange(change.store);
   if (!store) return failWith(store.error());
   const auto complete = store->meta("complete");
   if (!complete) return failWith(complete.error());
   const auto compacted = compactIfDue(change, *store);
   if (!compacted) return failWith(compacted.error());
-  if (*complete != "yes") return followUp(change, *config, *store, {{"compacted", *compacted}});
-  if (change.json)
-    printJson({{"computed", false}, {"compacted", *compacted}});
-  else
-    std::printf("%s: %s, poses and tiles are final\n", printable(change.store).c_str(),
-                *compacted ? "nothing else to do" : "nothing to do");
+  const bool migrated = version && *version < kStoreVersion;
+  nlohmann::json outcome = {{"compacted", *compacted}};
+  if (migrated) outcome["migrated_from"] = *version;
+  if (*complete != "yes") return followUp(change, *config, *store, std::move(outcome));
+  outcome["computed"] = false;
+  if (change.json) {
+    printJson(outcome);
+    return 0;
+  }
+  const std::string path = printable(change.store);
+  if (migrated)
+    std::printf("%s: brought from schema version %d to %d\n", path.c_str(), static_cast<int>(*version),
+                static_cast<int>(kStoreVersion));
+  std::printf("%s: %s, poses and tiles are final\n", path.c_str(),
+              *compacted || migrated ? "nothing else to do" : "nothing to do");
   return 0;
 }
 

@@ -10,6 +10,7 @@
 #include "fleet_tools/store/store_change.h"
 #include "fleet_tools/store/store_draft.h"
 #include "mapping_core/gpu/device.h"
+#include "mapping_core/store/store_leavings.h"
 #include "mapping_core/store/store_lock.h"
 #include "mapping_core/store/store_survey.h"
 
@@ -27,11 +28,17 @@ Result<StoreSurvey> save(const RecoverArguments& arguments) {
   if (!draft) return draft.error();
   const auto lock = StoreLock::take(arguments.damaged);
   if (!lock) return lock.error();
-  auto copied = std::async(std::launch::async, copyUnseen, arguments.damaged, draft->path());
+  const auto source = hasJournal(arguments.damaged) ? draft->copySource() : Result<std::string>(arguments.damaged);
+  if (!source) return source.error();
+  const EmptyLogGuard guard(arguments.damaged);
+  if (*source != arguments.damaged)
+    std::fprintf(stderr, "fleet: %s: its writer was killed within a change, which is not saved\n",
+                 printable(arguments.damaged).c_str());
+  auto copied = std::async(std::launch::async, copyUnseen, *source, draft->path());
   auto survey = [&] {
     Progress progress("reading keyframes");
     const auto show = [&](size_t done, size_t all) { progress.show(done, all); };
-    return surveyStore(arguments.damaged, show, SurveyDepth::kRows);
+    return surveyStore(*source, show, SurveyDepth::kRows);
   }();
   const bool is_copied = copied.get();
   if (!survey) return survey;
@@ -78,9 +85,12 @@ int run(const RecoverArguments& arguments) {
 void addRecoverVerb(CLI::App& app, int& exit_code) {
   auto* verb = app.add_subcommand("recover", "Save what is whole of a damaged store into a new one");
   verb->footer(
-      "The damaged store stays as it is. Poses, surfels and tiles are computed anew from the keyframes and edges that\n"
-      "could be saved; a map whose ties are lost comes out in parts. Robots whose outbox still holds what was lost\n"
-      "deliver it to a core on the new store only if the core had not yet acknowledged it.\n"
+      "The damaged store stays as it is. If its writer was killed within a change, that is taken back in a copy "
+      "beside\n"
+      "NEW, which takes the store's room until all is saved. Poses, surfels and tiles are computed anew from the\n"
+      "keyframes and edges that could be saved; a map whose ties are lost comes out in parts. Robots whose outbox "
+      "still\n"
+      "holds what was lost deliver it to a core on the new store only if the core had not yet acknowledged it.\n"
       "Example: fleet recover flat.comap --out flat-saved.comap");
   auto arguments = std::make_shared<RecoverArguments>();
   verb->add_option("STORE", arguments->damaged, "Damaged map store that no core is writing")->required();

@@ -11,6 +11,7 @@
 #include "fleet_tools/command_line/text_table.h"
 #include "fleet_tools/store/record_json.h"
 #include "mapping_core/service/map_finish.h"
+#include "mapping_core/store/schema.h"
 #include "mapping_core/store/store_log.h"
 #include "mapping_core/tiles/tile_builder.h"
 
@@ -68,6 +69,9 @@ Result<CoreConfig> configOf(const StoreChange& change) {
 
 Result<MapStore> openToChange(const std::string& path) {
   const LogEnd log_end = lookAtLog(path);
+  if (const auto version = storeVersionOf(path); version && *version < kStoreVersion && *version >= kFirstStoreVersion)
+    std::fprintf(stderr, "fleet: %s: is of schema version %d, of an earlier release, and is brought to %d first\n",
+                 printable(path).c_str(), static_cast<int>(*version), static_cast<int>(kStoreVersion));
   auto store = MapStore::open(path, MapStore::Mode::kOpen);
   const std::string text = log_end.damage + log_end.remark;
   if (store && !text.empty()) std::fprintf(stderr, "fleet: %s: %s\n", path.c_str(), text.c_str());

@@ -12,6 +12,8 @@
 #include <fstream>
 #include <utility>
 
+#include "mapping_core/store/store_leavings.h"
+
 namespace comap {
 namespace {
 
@@ -97,26 +99,43 @@ Result<void> synchronise(const std::string& path) {
 Result<StoreDraft> StoreDraft::begin(const std::string& path, const std::string& source) {
   if (auto folder = checkFolder(path); !folder) return folder.error();
   if (auto free = checkFree(path); !free) return free.error();
-  std::error_code none;
-  if (fs::equivalent(source, path + ".part", none))
-    return Error{ErrorCode::kWrongUse, "--out " + path + ": is made as " + source +
-                                           " first, which is the damaged store; choose another name"};
-  if (auto free = checkDraft(path, path + ".part"); !free) return free.error();
+  for (const char* suffix : {".part", ".part-source"}) {
+    std::error_code none;
+    if (fs::equivalent(source, path + suffix, none))
+      return Error{ErrorCode::kWrongUse, "--out " + path + ": is made as " + source +
+                                             " first, which is the damaged store; choose another name"};
+    if (auto free = checkDraft(path, path + suffix); !free) return free.error();
+  }
   const auto lock = takeLock(path);
   if (!lock) return lock.error();
-  StoreDraft draft(path, *lock);
+  StoreDraft draft(path, source, *lock);
   removeStore(draft.path());
+  removeStore(draft.copyPath());
   return draft;
 }
 
 StoreDraft::StoreDraft(StoreDraft&& other) noexcept
-    : store_(std::move(other.store_)), lock_(std::exchange(other.lock_, -1)) {}
+    : store_(std::move(other.store_)), source_(std::move(other.source_)), lock_(std::exchange(other.lock_, -1)) {}
 
 StoreDraft::~StoreDraft() {
   if (lock_ < 0) return;
   removeStore(path());
+  removeStore(copyPath());
   unlink(lockPath(store_).c_str());
   close(lock_);
+}
+
+Result<std::string> StoreDraft::copySource() const {
+  for (const char* part : {"", "-wal", "-journal"}) {
+    std::error_code code;
+    if (!fs::exists(source_ + part, code)) continue;
+    fs::copy_file(source_ + part, copyPath() + part, code);
+    if (code)
+      return Error{ErrorCode::kUnreachable,
+                   source_ + part + ": cannot be copied to " + copyPath() + part + ": " + code.message()};
+  }
+  (void)takeBackHalfChange(copyPath());  // one that cannot be is told by whoever reads the copy
+  return copyPath();
 }
 
 Result<void> StoreDraft::publish() {

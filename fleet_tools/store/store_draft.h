@@ -20,12 +20,17 @@ class StoreDraft {
 
   /// Where it is made.
   std::string path() const { return store_ + ".part"; }
+  /// A copy of the source, in which the change is taken back that its writer was killed within: beside the draft, and
+  /// gone with it. The source stays as it is.
+  Result<std::string> copySource() const;
   /// Gives it its name, durably. What has come to be there meanwhile is not written over.
   Result<void> publish();
 
  private:
-  StoreDraft(std::string store, int lock) : store_(std::move(store)), lock_(lock) {}
-  std::string store_;
+  StoreDraft(std::string store, std::string source, int lock)
+      : store_(std::move(store)), source_(std::move(source)), lock_(lock) {}
+  std::string copyPath() const { return store_ + ".part-source"; }
+  std::string store_, source_;
   int lock_;  // of a file beside it, which SQLite knows nothing of
 };
 

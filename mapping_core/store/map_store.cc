@@ -6,6 +6,7 @@
 
 #include "mapping_core/store/map_store_state.h"
 #include "mapping_core/store/schema.h"
+#include "mapping_core/store/store_leavings.h"
 #include "mapping_core/store/store_lock.h"
 #include "mapping_core/store/table_rows.h"
 
@@ -39,14 +40,6 @@ Result<void> checkFile(const std::string& path, MapStore::Mode mode) {
   return {};
 }
 
-// Who was killed while it opened or closed the store has left its last change half done, with a journal. SQLite takes
-// that back for whoever may write; a program that only reads would be refused.
-void takeBackHalfChange(const std::string& path) {
-  std::error_code none;
-  if (!fs::exists(path + "-journal", none)) return;
-  if (auto database = Database::open(path, SQLITE_OPEN_READWRITE)) (void)database->integer("PRAGMA user_version");
-}
-
 }  // namespace
 
 MapStore::MapStore(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -66,7 +59,7 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
     if (!taken) return taken.error();
     lock = std::move(*taken);
   }
-  if (mode == Mode::kReadOnly) takeBackHalfChange(absolute);
+  if (mode == Mode::kReadOnly) (void)takeBackHalfChange(absolute);
   Result<Database> database = Database::open(absolute, flags);
   if (!database) return database.error();
 

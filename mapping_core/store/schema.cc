@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cstdio>
+#include <filesystem>
 #include <iterator>
 #include <set>
 #include <string>
@@ -242,6 +243,17 @@ Result<void> migrateSchema(Database& database, std::span<const Migration> steps,
     if (auto done = database.execute(next.c_str()); !done) return done;
   }
   return transaction->commit();
+}
+
+std::optional<int64_t> storeVersionOf(const std::string& path) {
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(path, none)) return std::nullopt;
+  auto database = Database::open(std::filesystem::absolute(path).string(), SQLITE_OPEN_READONLY);
+  if (!database) return std::nullopt;
+  const auto application = database->integer("PRAGMA application_id"),
+             version = database->integer("PRAGMA user_version");
+  if (!application || !version || *application != kStoreApplicationId) return std::nullopt;
+  return *version;
 }
 
 std::span<const Migration> storeMigrations() {

@@ -1,7 +1,9 @@
 // The tables of a map store, and whether a file is one.
 #pragma once
 
+#include <optional>
 #include <span>
+#include <string>
 
 #include "protocol/storage/database.h"
 
@@ -32,6 +34,9 @@ Result<bool> declaresTables(Database& database);
 /// Whether tables and indexes are this program's, word by word, and nothing else is there; indexes for speed may be
 /// missing.
 Result<bool> isSchema(Database& database);
+
+/// That of the file at `path`; nothing if it cannot be read, or is no store.
+std::optional<int64_t> storeVersionOf(const std::string& path);
 
 /// What brings a store of version `from` to the next one.
 struct Migration {

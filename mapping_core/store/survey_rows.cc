@@ -10,6 +10,7 @@
 #include "mapping_core/store/packed_numbers.h"
 #include "mapping_core/store/schema.h"
 #include "mapping_core/store/schema_3.h"
+#include "mapping_core/store/store_leavings.h"
 #include "mapping_core/store/store_log.h"
 
 namespace comap {
@@ -158,6 +159,7 @@ Result<Database> openDamaged(const std::string& path) {
 
 Result<void> atOneMoment(const std::string& path, const std::function<Result<void>(Database&)>& look) {
   constexpr int kMostTimes = 3;
+  const EmptyLogGuard guard(path);
   for (int times = 1;; ++times) {
     auto database = openDamaged(path);
     if (!database) return database.error();

@@ -37,6 +37,9 @@ ErrorCode codeOf(int code) {
 }
 
 const char* adviceFor(int code) {
+  if (code == SQLITE_READONLY_ROLLBACK)
+    return " (its writer was killed within a change, which is taken back where it can be written: copy it there, with "
+           "its -journal)";
   switch (code & 0xff) {
     case SQLITE_FULL:
       return " (no space left; nothing was written)";

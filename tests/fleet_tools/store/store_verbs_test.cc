@@ -1,110 +1,18 @@
 // info, matches, merges and export, as called from the command line.
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include <CLI/CLI.hpp>
-#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "fleet_tools/command_line/text_table.h"
-#include "fleet_tools/command_line/verb.h"
 #include "fleet_tools/export/ply.h"
-#include "mapping_core/store/map_store.h"
-#include "mapping_core/tiles/tile_builder.h"
-#include "tests/files/temporary_folder.h"
+#include "tests/fleet_tools/store/store_verbs_fixture.h"
 
 namespace comap {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Outcome {
-  int code;
-  std::string out, err;
-};
-
-class StoreVerbs : public ::testing::Test {
- protected:
-  static KeyframeId idOf(const std::string& robot, uint32_t sequence) { return {robot, 5, sequence}; }
-
-  // Two robots of three keyframes; `maps` 1: merged, 2: one map each.
-  void fill(int maps) {
-    auto store = MapStore::open(store_, MapStore::Mode::kCreateOrOpen);
-    ASSERT_TRUE(store);
-    ASSERT_TRUE(store->setMeta("version", "0.1.0"));
-    std::vector<Tile> tiles;
-    for (const std::string robot : {"alpha", "bravo"}) {
-      const MapId map = maps == 1 ? "alpha-5-0" : robot + "-5-0";
-      for (uint32_t i = 0; i < 3; ++i) {
-        ASSERT_TRUE(*store->addKeyframe(idOf(robot, i), 1'500'000'000 + 100 * int64_t(i), std::vector<uint8_t>(1000)));
-        const Pose pose(Eigen::Quaterniond::Identity(), {0.1 * i, robot == "alpha" ? 0.0 : 1.0, 0});
-        ASSERT_TRUE(store->setPoses(map, {{idOf(robot, i), pose}}));
-        if (i == 0) continue;
-        ASSERT_TRUE(store->addEdge({idOf(robot, i - 1), idOf(robot, i), EdgeKind::kOdometry, {}, {}}));
-      }
-      Surfel surfel;
-      surfel.position = {0.3f, 0.2f, 1.1f};
-      surfel.radius = 0.01f;
-      surfel.confidence = 7;
-      surfel.colour = {10, 20, 30};
-      for (const Tile& tile : buildTiles(map, std::vector<Surfel>(2, surfel), {})) {
-        if (maps == 2 || robot == "alpha") tiles.push_back(tile);
-      }
-    }
-    ASSERT_TRUE(store->setTiles(tiles));
-    ASSERT_TRUE(store->addEdge({idOf("alpha", 0), idOf("bravo", 1), EdgeKind::kInterRobot, {}, {}}));
-    MatchVerdict verdict;
-    verdict.query = idOf("bravo", 1);
-    verdict.candidate = idOf("alpha", 0);
-    verdict.accepted = true;
-    verdict.reason = "accepted";
-    verdict.inlier_ratio = 0.875;
-    ASSERT_TRUE(store->addVerdict(verdict));
-    verdict.accepted = false;
-    verdict.reason = "round_trip";
-    ASSERT_TRUE(store->addVerdict(verdict));
-    ASSERT_TRUE(store->addVerdict(verdict));
-    ASSERT_TRUE(store->addMerge({1, "alpha-5-0", "bravo-5-0", {}, {"alpha", "bravo"}, {idOf("bravo", 1)}, 6, {}}));
-  }
-
-  Outcome fleet(const std::string& arguments) {
-    CLI::App app("fleet");
-    int code = 0;
-    addInfoVerb(app, code);
-    addMatchesVerb(app, code);
-    addMergesVerb(app, code);
-    addExportVerb(app, code);
-    addRenderVerb(app, code);
-    addDoctorVerb(app, code);
-    addRecoverVerb(app, code);
-    addSplitVerb(app, code);
-    addForgetVerb(app, code);
-    addFinishVerb(app, code);
-    ::testing::internal::CaptureStdout();
-    ::testing::internal::CaptureStderr();
-    try {
-      app.parse(arguments);
-    } catch (const CLI::ParseError& error) {
-      code = app.exit(error) == 0 ? 0 : 2;
-    }
-    std::fflush(stdout);
-    const std::string out = ::testing::internal::GetCapturedStdout();
-    return {code, out, ::testing::internal::GetCapturedStderr()};
-  }
-  std::set<std::string> entries() const {
-    std::set<std::string> names;
-    for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
-      names.insert(fs::relative(entry.path(), folder_).string());
-    }
-    return names;
-  }
-
-  const TemporaryFolder temporary_;
-  const fs::path folder_ = temporary_.path();
-  const std::string store_ = (folder_ / "map.comap").string();
-};
 
 TEST_F(StoreVerbs, infoTellsWhatIsThere) {
   fill(1);
@@ -321,41 +229,6 @@ TEST_F(StoreVerbs, decisionsAreInTheRecordsBeforeTheMaps) {
   EXPECT_EQ(json("finish " + store_), (nlohmann::json{{"computed", false}, {"compacted", true}}));
   EXPECT_EQ(json("info " + store_)["compact_due"], false);
   EXPECT_EQ(json("finish " + store_), (nlohmann::json{{"computed", false}, {"compacted", false}}));
-}
-
-TEST_F(StoreVerbs, aStoreIsNotSavedBesideTheLogOfAnother) {
-  fill(1);
-  const std::string saved = (folder_ / "saved.comap").string();
-  std::ofstream(saved + "-wal") << "another store's";
-  const Outcome outcome = fleet("recover --later " + store_ + " --out " + saved);
-  EXPECT_EQ(outcome.code, 2);
-  EXPECT_NE(outcome.err.find(saved + "-wal is there, of another store"), std::string::npos) << outcome.err;
-  EXPECT_EQ(entries(), (std::set<std::string>{"map.comap", "saved.comap-wal"}));
-}
-
-TEST_F(StoreVerbs, whatIsNoDraftStaysWhereADraftWouldBe) {
-  fill(1);
-  const std::string saved = (folder_ / "saved.comap").string();
-  std::ofstream(saved + ".part") << "notes";
-  const Outcome outcome = fleet("recover --later " + store_ + " --out " + saved);
-  EXPECT_EQ(outcome.code, 2);
-  EXPECT_NE(outcome.err.find("is no half of a store"), std::string::npos) << outcome.err;
-  EXPECT_EQ(entries(), (std::set<std::string>{"map.comap", "saved.comap.part"}));
-  std::ofstream(saved + ".part") << "SQLite format 3";  // of one that was interrupted
-  EXPECT_NE(fleet("recover --later " + store_ + " --out " + saved).code, 2);
-  EXPECT_FALSE(entries().contains("saved.comap.part"));
-  EXPECT_EQ(fleet("recover --later " + store_ + " --out ''").code, 2);
-}
-
-TEST_F(StoreVerbs, aStoreIsNotSavedOverItself) {
-  fill(1);
-  const std::string half = (folder_ / "saved.comap.part").string();
-  fs::rename(store_, half);
-  const Outcome outcome = fleet("recover --later " + half + " --out " + (folder_ / "saved.comap").string());
-  EXPECT_EQ(outcome.code, 2);
-  EXPECT_NE(outcome.err.find("which is the damaged store"), std::string::npos) << outcome.err;
-  EXPECT_EQ(entries(), std::set<std::string>{"saved.comap.part"});
-  EXPECT_EQ(nlohmann::json::parse(fleet("info --json " + half).out)["keyframes"], 6);
 }
 
 TEST_F(StoreVerbs, robotNamesBecomeNoPaths) {
