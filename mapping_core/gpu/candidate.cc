@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "mapping_core/gpu/context.h"
+#include "mapping_core/gpu/device_choice.h"
 
 namespace comap::gpu {
 namespace {
@@ -121,12 +122,10 @@ Result<size_t> chooseCandidate(const std::vector<Candidate>& candidates, const s
       if (named && candidates[i].info.refusal.empty()) usable.push_back(i);
     }
   } else {
+    if (const std::string problem = choiceProblem(choice); !problem.empty())
+      return Error{ErrorCode::kWrongUse, "device " + problem};
     uint32_t index = 0;
-    const auto [end, error] = std::from_chars(choice.data(), choice.data() + choice.size(), index);
-    if (error != std::errc() || end != choice.data() + choice.size()) {
-      return Error{ErrorCode::kWrongUse,
-                   "device is '" + choice + "', expected 'auto', 'llvmpipe' or an index from the list of devices"};
-    }
+    std::from_chars(choice.data(), choice.data() + choice.size(), index);
     if (index < candidates.size() && candidates[index].info.refusal.empty()) usable.push_back(index);
   }
   if (usable.empty()) {

@@ -45,7 +45,8 @@ Result<std::vector<char>> unseal(const std::vector<char>& file) {
   if (std::memcmp(&seal.mark, &expected.mark, sizeof(seal.mark)) != 0) {
     return Error{ErrorCode::kBadData, "was written by another program or version"};
   }
-  if (seal.bytes != expected.bytes) return Error{ErrorCode::kBadData, "is cut off"};
+  if (seal.bytes != expected.bytes)
+    return Error{ErrorCode::kBadData, seal.bytes > expected.bytes ? "is cut off" : "is longer than it says"};
   if (seal.checksum != expected.checksum) return Error{ErrorCode::kBadData, "does not match its checksum"};
   return data;
 }
@@ -91,12 +92,12 @@ std::vector<char> readCache(const Context& context) {
   const fs::path path = pathOf(context);
   const auto size = fs::file_size(path, problem);
   if (problem) return {};
-  std::vector<char> file;
+  Result<std::vector<char>> data =
+      Error{ErrorCode::kBadData, "is larger than " + std::to_string(kMostBytes >> 20) + " MiB, which no cache is"};
   if (size <= kMostBytes) {
     std::ifstream stream(path, std::ios::binary);
-    file.assign(std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>());
+    data = unseal({std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()});
   }
-  auto data = unseal(file);
   if (data && !isOfDevice(*data, context.physical.properties)) {
     data = Error{ErrorCode::kBadData, "is of another device or driver"};
   }

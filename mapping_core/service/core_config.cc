@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "mapping_core/gpu/device_choice.h"
 #include "protocol/config/config_reader.h"
 #include "protocol/config/yaml_text.h"
 
@@ -19,6 +20,8 @@ Result<CoreConfig> readCoreConfig(const std::string& path) {
   MapBuilderOptions& mapping = config.service.mapping;
   reader->read("store", config.store);
   reader->read("device", config.device);
+  if (const std::string problem = gpu::choiceProblem(config.device); !problem.empty())
+    reader->complain("device", problem);
   reader->read("hurry_from_waiting", config.service.hurry_from_waiting, 0, 1000000);
 
   ConfigReader link = reader->section("link");

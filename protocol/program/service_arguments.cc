@@ -66,7 +66,8 @@ void addServiceOptions(CLI::App& app, ServiceArguments& arguments, const std::st
   app.add_option("--trace", arguments.trace, "Write when each stage of the work ran to this file, for ui.perfetto.dev");
   app.add_flag("--ros2", arguments.ros2, ros2 + "; see ros2 in --print-config");
   app.add_flag("--print-config", arguments.print_config, "Print the configuration in force and stop");
-  app.add_flag("--check-config", arguments.check_config, "Check the configuration and stop");
+  app.add_flag("--check-config", arguments.check_config,
+               "Check the configuration and stop; devices, cameras, network and files are looked at by a start alone");
   app.add_flag_callback(
       "--man", [&app] { throw CLI::CallForVersion(manPage(app, app.get_name()), 0); },
       "Print the manual page, for man -l -, and stop");

@@ -304,6 +304,8 @@ TEST_F(BadInput, RangesThatAreNone) {
           "config.yaml:3: fusion.depth_max_m: is 1, expected more than depth_min_m, 1.5");
   refused("mapping_core", "fusion:\n  memory_mb: 16\n",
           "config.yaml:2: fusion.memory_mb: is 16, expected 0 (what the device gives) or 256 at least");
+  refused("mapping_core", "device: nvidia\n",
+          "config.yaml:1: device: is 'nvidia', expected auto, llvmpipe or a number from the list of devices");
 }
 
 TEST_F(BadInput, ShippedConfigsAreTheDefaults) {
