@@ -156,6 +156,7 @@ Result<void> AgentReportFile::finish(const AgentReport& r) {
                      {"odometry_ms_median", r.odometry_ms_median},
                      {"odometry_ms_p95", r.odometry_ms_p95},
                      {"odometry_ms_worst", r.odometry_ms_worst},
+                     {"most_behind_s", r.most_behind_s},
                      {"duration_s", r.duration_s},
                      {"camera", r.camera ? toJson(*r.camera) : Json()}};
   put("],\n" + json.dump().substr(1) + "\n");
@@ -207,6 +208,7 @@ Result<AgentReport> readAgentReport(const std::string& path) {
     r.odometry_ms_median = json.at("odometry_ms_median").get<double>();
     r.odometry_ms_p95 = json.at("odometry_ms_p95").get<double>();
     r.odometry_ms_worst = json.at("odometry_ms_worst").get<double>();
+    r.most_behind_s = json.value("most_behind_s", 0.0);  // not in those of earlier releases
     r.duration_s = json.at("duration_s").get<double>();
     for (const Json& frame : json.at("trajectory")) r.trajectory.push_back(frameOf(frame));
     return r;

@@ -32,7 +32,8 @@ struct AgentReport {
   uint64_t tiles_hash = 0;       ///< of the tiles held, see TileHash
   MapId map;                     ///< the robot's map as it was last told; empty if never
   double odometry_ms_median = 0, odometry_ms_p95 = 0, odometry_ms_worst = 0;
-  double duration_s = 0;  ///< from the first tracked frame's stamp to the last one's
+  double most_behind_s = 0;  ///< a recording's own speed, where it was played at that
+  double duration_s = 0;     ///< from the first tracked frame's stamp to the last one's
   std::vector<FrameRecord> trajectory;
 };
 

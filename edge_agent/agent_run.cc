@@ -58,6 +58,7 @@ Result<void> drive(Agent& agent, const RunOptions& options) {
     if (!realtime || taken_so_far.frames == frames) continue;
     frames = taken_so_far.frames;
     const auto due = start + std::chrono::nanoseconds(taken_so_far.last_stamp_ns - taken_so_far.first_stamp_ns);
+    if (const auto now = Clock::now(); now > due) options.late(now - due, frames);
     while (Clock::now() < due && !options.stopped()) {
       options.tell();
       const auto left = std::chrono::duration_cast<milliseconds>(due - Clock::now()) + milliseconds(1);

@@ -1,6 +1,7 @@
 // One start of an agent from its first word to its last: find the core, take frames, wait until all is delivered.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <string>
 
@@ -15,7 +16,10 @@ struct RunOptions {
   int patience_s = 60;    ///< without the core, where it is waited for
   std::string outbox;     ///< for people: its file; empty if it is in memory
   std::function<bool()> stopped = [] { return false; };  ///< asked often: whether to end early
-  std::function<void()> tell = [] {};                    ///< called often, for those who watch over the agent
+  /// Called with each frame of a recording at its own speed that is done after it was due: by how much; the how
+  /// manieth.
+  std::function<void(std::chrono::nanoseconds behind, uint32_t frames)> late = [](auto, auto) {};
+  std::function<void()> tell = [] {};  ///< called often, for those who watch over the agent
 };
 
 /// Runs the agent to the end of its source and until the core has mapped all, or it is stopped. `link` is the agent's,

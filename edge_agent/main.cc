@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <random>
@@ -20,9 +21,11 @@
 #include "edge_agent/capture/capture_commands.h"
 #include "edge_agent/capture/preloaded_source.h"
 #include "edge_agent/capture/source_uri.h"
+#include "edge_agent/realtime_lag.h"
 #include "edge_agent/ros2_output.h"
 #include "protocol/link/dds_link.h"
 #include "protocol/link/loopback_link.h"
+#include "protocol/program/out_of_memory.h"
 #include "protocol/program/service_arguments.h"
 #include "protocol/program/standard_output.h"
 #include "protocol/telemetry/stage_clock.h"
@@ -198,6 +201,10 @@ int run(const Arguments& arguments, const Log& early) {
   agent.keepTiles(storedTilesOf(*config, outbox_path, log));
   RunOptions options{arguments.realtime, live, arguments.offline, arguments.patience_s, outbox_path};
   options.stopped = [] { return g_stop != 0; };
+  RealtimeLag lag;
+  options.late = [&](std::chrono::nanoseconds behind, uint32_t frames) {
+    if (const auto text = lag.note(behind, frames)) log(config->robot + ": " + *text);
+  };
   options.tell = [&] {
     telemetry->tell(kAgentMetrics, [&] { return reportOf(agent, config->robot); });
     if (ros2) ros2->follow(agent);
@@ -212,8 +219,11 @@ int run(const Arguments& arguments, const Log& early) {
                                                      {"tiles", agent.tiles().tiles().size()}}
                                           .dump());
   // What was done is told even if it ended badly.
-  if (report)
-    if (auto written = report->finish(reportOf(config->robot, agent)); !written) return failWith(written.error());
+  if (report) {
+    AgentReport told = reportOf(config->robot, agent);
+    told.most_behind_s = lag.most_s();
+    if (auto written = report->finish(told); !written) return failWith(written.error());
+  }
   if (auto traced = telemetry->finish(); !traced) return failWith(traced.error());
   if (!done) return failWith(done.error());
   const bool stopped = g_stop != 0;
@@ -282,5 +292,13 @@ int main(int argc, char** argv) {
   action.sa_handler = [](int) { comap::g_stop = 1; };
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
-  return comap::run(arguments, log);
+  comap::tellWhenOutOfMemory(
+      "edge_agent",
+      "smaller frames (camera.shrink), and no --preload, need less; what is in an outbox on disk "
+      "is kept");
+  try {
+    return comap::run(arguments, log);
+  } catch (const std::bad_alloc&) {
+    return comap::exitCodeOf(comap::ErrorCode::kOutOfMemory);  // it was told
+  }
 }

@@ -5,9 +5,11 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <new>
 #include <optional>
 #include <thread>
 
+#include "mapping_core/gpu/device_choice.h"
 #include "mapping_core/service/core_config.h"
 #include "mapping_core/service/core_metrics.h"
 #include "mapping_core/service/core_report.h"
@@ -15,6 +17,7 @@
 #include "mapping_core/store/store_log.h"
 #include "protocol/discovery/discovery_server.h"
 #include "protocol/link/dds_link.h"
+#include "protocol/program/out_of_memory.h"
 #include "protocol/program/service_arguments.h"
 #include "protocol/program/standard_output.h"
 #include "protocol/types/whole_file.h"
@@ -53,6 +56,8 @@ Result<CoreConfig> configure(const Arguments& arguments) {
   }
   if (!arguments.store.empty()) config.store = arguments.store;
   if (!arguments.device.empty()) config.device = arguments.device;
+  if (const std::string problem = gpu::choiceProblem(config.device); !problem.empty())
+    return Error{ErrorCode::kWrongUse, "--device: " + problem};
   if (arguments.serve_discovery >= 0) config.serve_discovery = arguments.serve_discovery;
   config.link.role = LinkRole::kCore;
   if (auto applied = apply(arguments, "mapping_core", "", config.link, config.telemetry, config.ros2); !applied)
@@ -205,5 +210,12 @@ int main(int argc, char** argv) {
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
   signal(SIGXFSZ, SIG_IGN);  // a store beyond its limit is an error like a full disk
-  return arguments.list_devices ? comap::listDevices(log) : comap::run(arguments, log);
+  comap::tellWhenOutOfMemory("mapping_core",
+                             "a smaller fusion.memory_mb needs less, and so do fewer robots; all that was acknowledged "
+                             "is in the store");
+  try {
+    return arguments.list_devices ? comap::listDevices(log) : comap::run(arguments, log);
+  } catch (const std::bad_alloc&) {
+    return comap::exitCodeOf(comap::ErrorCode::kOutOfMemory);  // it was told
+  }
 }

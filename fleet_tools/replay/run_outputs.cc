@@ -93,6 +93,7 @@ Json robotJson(const AgentReport& report, const RunContent& content, const MapId
       {"uplink_bytes_per_s", report.duration_s > 0 ? static_cast<double>(report.uplink_bytes) / report.duration_s : 0},
       {"tracking_poor_frames", report.poor_frames},
       {"tracking_lost_frames", report.lost_frames},
+      {"most_behind_s", report.most_behind_s},
       {"chains", report.chains},
       {"relocalised", report.relocalised},
       {"odometry_ms",

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "fleet_tools/command_line/fail.h"
+#include "fleet_tools/command_line/text_table.h"
 #include "protocol/types/counted.h"
 
 namespace comap {
@@ -50,6 +51,15 @@ std::string countOf(const nlohmann::json& object, const char* key, const char* n
   return counted(object.at(key).get<size_t>(), noun);
 }
 
+// Of --realtime: a robot that did not keep up; empty if all did.
+std::string lateText(const nlohmann::json& robots) {
+  std::string text;
+  for (const auto& [name, robot] : robots.items())
+    if (const double behind_s = robot.value("most_behind_s", 0.0); behind_s >= 1)
+      text += (text.empty() ? "" : ", ") + name + " up to " + fixed(behind_s, 1) + " s";
+  return text.empty() ? text : "behind the recordings' own speed, this machine being too slow for it: " + text + "\n";
+}
+
 size_t framesOf(const nlohmann::json& robot) {
   return robot.at("frames").get<size_t>() + robot.at("damaged_frames").get<size_t>();
 }
@@ -64,6 +74,7 @@ void printRunSummary(const nlohmann::json& report, const std::string& out) {
                 robot.at("uplink_bytes_per_s").get<double>() / 1000, robot.at("odometry_ms").at("median").get<double>(),
                 robot.at("odometry_ms").at("p95").get<double>(), robot.at("map").get<std::string>().c_str(),
                 countOf(robot, "tiles_held", "tile").c_str());
+  std::printf("%s", lateText(report.at("robots")).c_str());
   for (const auto& map : report.at("maps"))
     std::printf("map %s: %s %s, %s, %s, %s\n", map.at("id").get<std::string>().c_str(),
                 wordFor(map.at("robots").size(), "robot", "robots"), listText(map.at("robots")).c_str(),
