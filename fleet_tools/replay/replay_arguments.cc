@@ -6,6 +6,7 @@
 
 #include "edge_agent/capture/source_uri.h"
 #include "fleet_tools/replay/compare_truth.h"
+#include "mapping_core/gpu/device_choice.h"
 #include "mapping_core/surfels/seen_times.h"
 #include "protocol/keys/credentials.h"
 
@@ -63,6 +64,8 @@ Result<void> checkModes(ReplayArguments& arguments) {
     return Error{ErrorCode::kWrongUse, "--realtime: loopback has no clock; use --link dds"};
   if (!arguments.options.keys.empty() && arguments.link == "loopback")
     return Error{ErrorCode::kWrongUse, "--keys: loopback has no wire to encrypt; use --link dds"};
+  if (const std::string problem = gpu::choiceProblem(arguments.options.device); !problem.empty())
+    return Error{ErrorCode::kWrongUse, "--device: " + problem};
   return {};
 }
 

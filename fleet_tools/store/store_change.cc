@@ -10,6 +10,7 @@
 #include "fleet_tools/command_line/progress.h"
 #include "fleet_tools/command_line/text_table.h"
 #include "fleet_tools/store/record_json.h"
+#include "mapping_core/gpu/device_choice.h"
 #include "mapping_core/service/map_finish.h"
 #include "mapping_core/store/schema.h"
 #include "mapping_core/store/store_log.h"
@@ -64,6 +65,8 @@ void addStoreChangeOptions(CLI::App& verb, StoreChange& change) {
 }
 
 Result<CoreConfig> configOf(const StoreChange& change) {
+  if (const std::string problem = gpu::choiceProblem(change.device); !problem.empty())
+    return Error{ErrorCode::kWrongUse, "--device: " + problem};
   return change.config.empty() ? Result<CoreConfig>(CoreConfig()) : readCoreConfig(change.config);
 }
 

@@ -21,7 +21,7 @@ void addComputeOptions(CLI::App& verb, StoreChange& change);
 /// These and --later.
 void addStoreChangeOptions(CLI::App& verb, StoreChange& change);
 
-/// The core's configuration that was given, or the default one.
+/// The core's configuration that was given, or the default one. kWrongUse, too, if the device's words choose none.
 Result<CoreConfig> configOf(const StoreChange& change);
 
 /// Opens a store at rest, and says on stderr what is wrong with the end of its log, which is then begun anew.

@@ -200,6 +200,7 @@ TEST_F(StoreVerbs, decisionsAreInTheRecordsBeforeTheMaps) {
     EXPECT_EQ(outcome.code, 0) << command << outcome.err;
     return outcome.code == 0 ? nlohmann::json::parse(outcome.out) : nlohmann::json();
   };
+  EXPECT_EQ(fleet("split " + store_ + " 1 --device nvidia").code, 2) << "before anything is changed";
   EXPECT_EQ(fleet("split " + store_ + " x").code, 2);
   EXPECT_EQ(fleet("split " + store_ + " 9").code, 2);
   const Outcome split = fleet("split " + store_ + " 1 --later --reason test");
