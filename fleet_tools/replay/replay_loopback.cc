@@ -91,6 +91,7 @@ Result<ReplayOutcome> replayLoopback(const ReplayOptions& options, const ReplayP
   core.service.fern_seed = options.fern_seed;
   core.service.pace_tiles = false;
   core.service.hurry_from_waiting = 0;
+  core.service.half_detail_from_load = 0;
   gpu::DeviceOptions device_options;
   device_options.choice = options.device;
   device_options.cache_directory = gpu::defaultCacheDirectory();

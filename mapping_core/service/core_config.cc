@@ -23,6 +23,7 @@ Result<CoreConfig> readCoreConfig(const std::string& path) {
   if (const std::string problem = gpu::choiceProblem(config.device); !problem.empty())
     reader->complain("device", problem);
   reader->read("hurry_from_waiting", config.service.hurry_from_waiting, 0, 1000000);
+  reader->read("half_detail_from_load", config.service.half_detail_from_load, 0, 1000);
 
   ConfigReader link = reader->section("link");
   link.read("domain", config.link.domain, 0, 230);
@@ -91,6 +92,7 @@ std::string printCoreConfig(const CoreConfig& c) {
 store: {}              # file of the map store
 device: {}             # Vulkan device: auto, llvmpipe or a number of mapping_core --list-devices
 hurry_from_waiting: {}  # keyframes: from so many on, one is fused at half size and its loops looked for later. 0: never
+half_detail_from_load: {}  # share of the core's time: if keyframes need that much, they are fused at half size. 0: never
 link:
   domain: {}             # DDS domain, 0..230; the same as the robots'
   site: {}             # robots of this site are served
@@ -126,14 +128,15 @@ tiles:
   every_keyframes: {}    # renewed after so many, and when the core is idle
   spacing_m: {}          # level of detail that goes to robots
 )",
-             yamlText(c.store), yamlText(c.device), c.service.hurry_from_waiting, c.link.domain, yamlText(c.link.site),
-             yamlText(c.link.interface_address), c.link.profile, yamlText(c.link.discovery_server), c.serve_discovery,
-             yamlText(c.link.keys), c.link.insecure, m.fusion.depth_min_m, m.fusion.depth_max_m,
-             m.fusion.stable_confidence, m.fusion.averaging_limit, m.fusion.memory_mb, m.search.candidates,
-             m.search.loop_candidates, m.search.max_dissimilarity, m.verifier.inlier_ratio, m.verifier.overlap,
-             m.verifier.rms_sigma, m.verifier.degeneracy, m.verifier.photometric_median, m.verifier.seen_through,
-             m.verifier.unlike, m.verifier.features, m.vote.needed, m.probation.witnesses, c.service.fern_seed,
-             c.service.tile_every_keyframes, c.service.tile_spacing_m) +
+             yamlText(c.store), yamlText(c.device), c.service.hurry_from_waiting, c.service.half_detail_from_load,
+             c.link.domain, yamlText(c.link.site), yamlText(c.link.interface_address), c.link.profile,
+             yamlText(c.link.discovery_server), c.serve_discovery, yamlText(c.link.keys), c.link.insecure,
+             m.fusion.depth_min_m, m.fusion.depth_max_m, m.fusion.stable_confidence, m.fusion.averaging_limit,
+             m.fusion.memory_mb, m.search.candidates, m.search.loop_candidates, m.search.max_dissimilarity,
+             m.verifier.inlier_ratio, m.verifier.overlap, m.verifier.rms_sigma, m.verifier.degeneracy,
+             m.verifier.photometric_median, m.verifier.seen_through, m.verifier.unlike, m.verifier.features,
+             m.vote.needed, m.probation.witnesses, c.service.fern_seed, c.service.tile_every_keyframes,
+             c.service.tile_spacing_m) +
          printTelemetryOptions(c.telemetry) + ros2::printRos2Options(c.ros2);
 }
 

@@ -37,9 +37,9 @@ Result<MapChange> MapBuilder::addKeyframe(const Keyframe& keyframe, uint32_t rob
   const auto verdicts = match(keyframe, pace);
   if (!verdicts) return verdicts.error();
   const KeyframeId placed_in = components_.anchorOf(keyframe.id);
-  const FusionDetail detail = pace == Pace::kHasty ? FusionDetail::kHalf : FusionDetail::kFull;
+  const FusionDetail detail = pace == Pace::kThorough ? FusionDetail::kFull : FusionDetail::kHalf;
   if (auto fused = surfels_.fuse(keyframe, placed_in, T_map_cam_.at(keyframe.id), detail); !fused) return fused.error();
-  if (pace == Pace::kThorough)
+  if (pace != Pace::kHasty)
     if (auto tied = tieLive(keyframe.id); !tied) return tied.error();
   if (!search_.add(keyframe.id, keyframe.fern_code))
     return Error{ErrorCode::kBadData, "keyframe " + toString(keyframe.id) + ": fern code is of another book"};

@@ -26,9 +26,9 @@
 
 namespace comap {
 
-/// What a keyframe is worth when many wait. Hasty: it is fused in half detail, which rebuild() makes up for, and only
+/// What time a keyframe is worth. Brisk: it is fused in half detail, which rebuild() makes up for. Hasty: besides, only
 /// other maps are searched for its place; its own map by askNext(), which also ties it there.
-enum class Pace : uint8_t { kThorough, kHasty };
+enum class Pace : uint8_t { kThorough, kBrisk, kHasty };
 
 struct MapBuilderOptions {
   FusionParameters fusion;

@@ -115,6 +115,12 @@ Result<Keyframe> MappingService::read(const KeyframeId& id) {
   return decodeKeyframe(*encoded);
 }
 
+Pace MappingService::paceAt(CoreLoad::Clock::time_point now) const {
+  if (options_.hurry_from_waiting > 0 && ingest_.waiting() >= options_.hurry_from_waiting) return Pace::kHasty;
+  const double bound = options_.half_detail_from_load;
+  return bound > 0 && load_.figure(now).load() >= bound ? Pace::kBrisk : Pace::kThorough;
+}
+
 Result<void> MappingService::mapNext() {
   const StageSpan span("keyframe");
   const auto start = std::chrono::steady_clock::now();
@@ -122,8 +128,7 @@ Result<void> MappingService::mapNext() {
   auto keyframe = read(id);
   if (!keyframe) return keyframe.error();
   ingest_.tieAcrossGaps(*keyframe);
-  const bool behind = options_.hurry_from_waiting > 0 && ingest_.waiting() >= options_.hurry_from_waiting;
-  auto change = builder_.addKeyframe(*keyframe, robot_index_.at(id.robot), behind ? Pace::kHasty : Pace::kThorough);
+  auto change = builder_.addKeyframe(*keyframe, robot_index_.at(id.robot), paceAt(start));
   if (!change) return change.error();
   ++keyframes_;
   // A robot catching up on earlier sessions is where its present one says.

@@ -29,6 +29,9 @@ struct ServiceOptions {
   float tile_spacing_m = 0.01f;       ///< level of detail that goes to robots
   /// With so many keyframes waiting the next one is mapped in a hurry (Pace), so that the core catches up. 0: never.
   uint32_t hurry_from_waiting = 3;
+  /// From this share of the core's time on that arriving keyframes need (CoreLoad) they are fused in half detail, so
+  /// that what robots wait for does not wait for bursts. 0: never.
+  double half_detail_from_load = 0.5;
   /// Tiles go no faster than their arrival is reported; else by the robots' budgets alone, without looking at a clock.
   bool pace_tiles = true;
 };
@@ -96,6 +99,7 @@ class MappingService {
   Result<void> handleKeyframe(const Delivery& delivery);
   Result<void> handleInterest(const Delivery& delivery);
   Result<Keyframe> read(const KeyframeId& id);
+  Pace paceAt(CoreLoad::Clock::time_point now) const;
   Result<void> mapNext();
   Result<void> askNext();
   Result<void> announce(const MapChange& change);

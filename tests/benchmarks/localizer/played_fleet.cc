@@ -30,6 +30,7 @@ PlayedFleet::PlayedFleet(gpu::Device& device, Log log) : log_(std::move(log)), f
   core_link_ = hub_.connect(LinkRole::kCore);
   ServiceOptions options;
   options.hurry_from_waiting = 0;
+  options.half_detail_from_load = 0;
   options.pace_tiles = false;  // frames pass as fast as they are computed: the clock says nothing of the link
   service_ = std::make_unique<MappingService>(options, *core_link_, *store_, device,
                                               [this](LogLevel, const std::string& line) { log_("core: " + line); });

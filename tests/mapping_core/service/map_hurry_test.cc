@@ -18,12 +18,12 @@ class MapHurry : public StoreTest {
     EXPECT_TRUE(encoded) << encoded.error().text;
     return *decodeKeyframe(*encoded);
   }
-  static std::vector<MatchVerdict> mapHastily(MapBuilder& builder, MapStore& store, const std::string& robots) {
+  static std::vector<MatchVerdict> map(MapBuilder& builder, MapStore& store, const std::string& robots, Pace pace) {
     std::vector<MatchVerdict> verdicts;
     for (uint32_t i = 0; i < 5; ++i)
       for (size_t robot = 0; robot < robots.size(); ++robot) {
         const Keyframe keyframe = kept(store, roomKeyframe(robots[robot], i));
-        const auto change = builder.addKeyframe(keyframe, static_cast<uint32_t>(robot), Pace::kHasty);
+        const auto change = builder.addKeyframe(keyframe, static_cast<uint32_t>(robot), pace);
         EXPECT_TRUE(change) << change.error().text;
         if (!change) return verdicts;
         verdicts.insert(verdicts.end(), change->verdicts.begin(), change->verdicts.end());
@@ -39,7 +39,7 @@ TEST_F(MapHurry, TiesAndLoopsAreLookedForLaterAmongWhatWasThere) {
   MapBuilderOptions options = roomOptions();
   options.live_ties = 3;
   MapBuilder builder(device, *store, options);
-  EXPECT_TRUE(mapHastily(builder, *store, "a").empty()) << "there is no other map";
+  EXPECT_TRUE(map(builder, *store, "a", Pace::kHasty).empty()) << "there is no other map";
   const auto countOf = [&](EdgeKind kind) {
     const auto edges = store->edges();
     EXPECT_TRUE(edges);
@@ -69,13 +69,34 @@ TEST_F(MapHurry, MapsAreJoinedAtOnceAndFusedInFullAtTheEnd) {
   auto store = create();
   ASSERT_TRUE(store);
   MapBuilder builder(device, *store, roomOptions());
-  mapHastily(builder, *store, "ab");
+  map(builder, *store, "ab", Pace::kHasty);
   ASSERT_EQ(builder.components().anchors().size(), 1u) << "other maps are asked about in a hurry, too";
   const KeyframeId anchor = builder.components().anchors().front();
   const size_t coarse = builder.surfelCount(anchor);
   ASSERT_GT(coarse, 0u);
   finish(builder);
   EXPECT_GT(builder.surfelCount(anchor), 2 * coarse);
+}
+
+TEST_F(MapHurry, ABriskKeyframeIsCoarseButAskedAndTiedAtOnce) {
+  COMAP_DEVICE_OR_SKIP(device);
+  MapBuilderOptions options = roomOptions();
+  options.live_ties = 3;
+  std::vector<size_t> verdicts, edges, surfels;
+  for (const Pace pace : {Pace::kThorough, Pace::kBrisk}) {
+    auto store = MapStore::open(folder_ / (std::to_string(edges.size()) + ".comap"), MapStore::Mode::kCreateOrOpen);
+    ASSERT_TRUE(store);
+    MapBuilder builder(device, *store, options);
+    verdicts.push_back(map(builder, *store, "ab", pace).size());
+    EXPECT_FALSE(builder.hasUnasked());
+    ASSERT_EQ(builder.components().anchors().size(), 1u);
+    edges.push_back(store->edges()->size());
+    surfels.push_back(builder.surfelCount(builder.components().anchors().front()));
+  }
+  EXPECT_GT(verdicts[0], 0u);
+  EXPECT_EQ(verdicts[1], verdicts[0]);
+  EXPECT_EQ(edges[1], edges[0]);
+  EXPECT_LT(2 * surfels[1], surfels[0]);
 }
 
 TEST_F(MapHurry, AMapThatWasNeverMovedIsFusedInFullToo) {

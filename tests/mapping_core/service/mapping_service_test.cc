@@ -20,8 +20,9 @@ using testing::Not;
 
 // A core and the wire to it.
 struct Core {
-  Core(gpu::Device& device, MapStore& store)
-      : link(hub.connect(LinkRole::kCore)), service({}, *link, store, device, [](LogLevel, const std::string&) {}) {}
+  Core(gpu::Device& device, MapStore& store, const ServiceOptions& options = {})
+      : link(hub.connect(LinkRole::kCore)),
+        service(options, *link, store, device, [](LogLevel, const std::string&) {}) {}
 
   // A robot says hello, and how it does.
   void hear(const std::string& robot, uint64_t session, bool finished) {
@@ -178,6 +179,29 @@ TEST_F(Service, AKeyframeThatCannotBeTakenHoldsUpNoneBehindIt) {
     const Pose truth = roomPose('a', 0).inverse() * roomPose('a', one.id.sequence);
     EXPECT_LT((one.T_map_cam.translation() - truth.translation()).norm(), 0.01) << toString(one.id);
   }
+}
+
+TEST_F(Service, FusesInHalfDetailFromALoadOn) {
+  COMAP_DEVICE_OR_SKIP(device);
+  std::vector<uint64_t> surfels;  // of the second keyframe: of the first nothing is known that could be a load
+  for (const double bound : {0.0, 1000.0, 1e-9}) {
+    auto store = MapStore::open(folder_ / (std::to_string(surfels.size()) + ".comap"), MapStore::Mode::kCreateOrOpen);
+    ASSERT_TRUE(store);
+    ServiceOptions options;
+    options.half_detail_from_load = bound;
+    Core core(device, *store, options);
+    Robot robot(core);
+    for (const uint32_t sequence : {0u, 1u}) {
+      robot.send(encodedKeyframe(sequence));
+      ASSERT_TRUE(core.service.step(milliseconds(0)));
+    }
+    const auto state = core.service.state();
+    ASSERT_EQ(state.keyframes, 2u);
+    surfels.push_back(state.surfels.at("a-1-1"));
+  }
+  EXPECT_GT(surfels[0], 0u);
+  EXPECT_EQ(surfels[1], surfels[0]);
+  EXPECT_LT(2 * surfels[2], surfels[0]);
 }
 
 TEST_F(Service, WhatIsWrittenIntoADeletedStoreIsNotAcknowledged) {
