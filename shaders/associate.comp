@@ -31,20 +31,21 @@ const float kSameSurfaceCosine = 0.5;   // 60 deg: the same surface, whatever it
 const float kFitCosine = 0.8775826;     // 0.5 rad
 const float kSlantedCosine = 0.2;       // more slanted: less is believed of where it lies
 const int kSilhouette = 2;              // pixels around in which nothing may lie as near
-const int kKnownBehind = 6;             // of the nine pixels looked at must be known to lie behind,
-const int kKnownBehindSlanted = 9;      // all of them for a slanted surfel
+const int kKnownBehind = 22;            // of the 25 pixels around must be known to lie behind,
+const int kKnownBehindSlanted = 25;     // all of them for a slanted surfel
 const float kDoubleBehind = 0.035;      // m: a surface that far behind another, facing the same way, is a double
 const float kDoubleCosine = 0.866;      // 30 deg
 const float kFootprint = 8.0;           // pixels
 const float kCovers = 0.7;              // of the squared radius: discs overlap, holes between three of them do not stay
 
-// True if all that is known around the pixel lies clearly behind depth z, and `needed` of nine pixels are known: depth
-// pictures have holes, at edges first, and what was taken away must not stay where they are.
+// True if all that is known within two pixels of the pixel lies clearly behind depth z, and `needed` of these 25 are
+// known: depth pictures have holes, at edges first, and what was taken away must not stay where they are; but a thin
+// thing of which they show nothing must, so not so many may be unknown as would hide it.
 bool seesThrough(ivec2 pixel, float z, int needed) {
   int behind_count = 0;
   bool blocked = false;
-  for (int y = -kSilhouette; y <= kSilhouette; y += kSilhouette) {
-    for (int x = -kSilhouette; x <= kSilhouette; x += kSilhouette) {
+  for (int y = -kSilhouette; y <= kSilhouette; ++y) {
+    for (int x = -kSilhouette; x <= kSilhouette; ++x) {
       ivec2 at = pixel + ivec2(x, y);
       bool inside = at.x >= 0 && at.y >= 0 && at.x < int(push.width) && at.y < int(push.height);
       float d = inside ? abs(fetchWord(inverse_depth, at.y * int(push.width) + at.x)) : 0.0;

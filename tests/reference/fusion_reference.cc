@@ -21,8 +21,8 @@ Eigen::Vector3f interpolated(const ColourImage& colour, const Eigen::Vector2f& a
 
 bool seesThrough(const View& view, const Image<float>& raw, int x, int y, float z, int needed) {
   int behind = 0;
-  for (int dy = -2; dy <= 2; dy += 2) {
-    for (int dx = -2; dx <= 2; dx += 2) {
+  for (int dy = -2; dy <= 2; ++dy) {
+    for (int dx = -2; dx <= 2; ++dx) {
       if (!raw.contains(x + dx, y + dy) || raw.at(x + dx, y + dy) == 0) continue;
       const float there = 1 / std::abs(raw.at(x + dx, y + dy));
       if (there - z <= std::max(0.01f, 3 * view.sigma(there))) return false;
@@ -142,7 +142,7 @@ Association associate(const View& view, const std::vector<Row>& rows, const Imag
         }
       }
     } else if (raw.at(x, y) != 0 && 1 / std::abs(raw.at(x, y)) > position.z() &&
-               seesThrough(view, raw, x, y, position.z(), std::abs(facing) > 0.2f ? 6 : 9)) {
+               seesThrough(view, raw, x, y, position.z(), std::abs(facing) > 0.2f ? 22 : 25)) {
       result.matches[i] = Match::kViolated;
     } else if (close && in_front < 0 && isHidden(raw, x, y, position.z())) {
       result.matches[i] = Match::kViolated;
