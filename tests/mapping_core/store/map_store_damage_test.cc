@@ -1,6 +1,5 @@
 #include <fcntl.h>
 #include <sched.h>
-#include <sqlite3.h>
 #include <sys/mount.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -8,7 +7,6 @@
 #include <csignal>
 #include <cstdio>
 
-#include "protocol/storage/row_sum.h"
 #include "tests/mapping_core/store/store_fixture.h"
 
 namespace comap {
@@ -34,13 +32,6 @@ class MapStoreDamageTest : public StoreTest {
     std::vector<Tile> tiles;
     for (int i = 0; i < 6; ++i) tiles.push_back(tileOf("m", i, 0, 0, 800, uint32_t(i)));
     ASSERT_TRUE(store->setTiles(tiles));
-  }
-  void sql(const char* statement) {
-    sqlite3* db = nullptr;
-    ASSERT_EQ(sqlite3_open(path_.c_str(), &db), SQLITE_OK);
-    ASSERT_EQ(addRowSum(db), SQLITE_OK);
-    ASSERT_EQ(sqlite3_exec(db, statement, nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(db);
-    sqlite3_close(db);
   }
   void write(const std::string& content) { std::ofstream(path_, std::ios::binary) << content; }
   std::string content() {

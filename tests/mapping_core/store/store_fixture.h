@@ -2,6 +2,7 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <sqlite3.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -9,6 +10,7 @@
 #include <random>
 
 #include "mapping_core/store/map_store.h"
+#include "protocol/storage/row_sum.h"
 
 namespace comap {
 
@@ -27,6 +29,15 @@ class StoreTest : public ::testing::Test {
 
   Result<MapStore> create() { return MapStore::open(path_, MapStore::Mode::kCreateOrOpen); }
   Result<MapStore> read() { return MapStore::open(path_, MapStore::Mode::kReadOnly); }
+
+  // Changes what no program would.
+  void sql(const char* statement) {
+    sqlite3* db = nullptr;
+    ASSERT_EQ(sqlite3_open(path_.c_str(), &db), SQLITE_OK);
+    ASSERT_EQ(addRowSum(db), SQLITE_OK);
+    ASSERT_EQ(sqlite3_exec(db, statement, nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(db);
+    sqlite3_close(db);
+  }
 
   static KeyframeId idOf(uint32_t sequence, const std::string& robot = "alpha") {
     return {robot, 0xfedcba9876543210ull, sequence};

@@ -2,11 +2,9 @@
 #include "mapping_core/store/store_glance.h"
 
 #include <gmock/gmock.h>
-#include <sqlite3.h>
 
 #include "mapping_core/store/keyframe_runs.h"
 #include "protocol/codec/keyframe_codec.h"
-#include "protocol/storage/row_sum.h"
 #include "tests/mapping_core/store/store_fixture.h"
 
 namespace comap {
@@ -49,13 +47,6 @@ class StoreGlanceTest : public StoreTest {
     }
     ASSERT_TRUE(store->addMerge({1, "a", "b", poseOf(1), {"alpha"}, {idOf(1)}, 3, {}}));
     ASSERT_TRUE(store->setTiles(tiles));
-  }
-  void sql(const char* statement) {
-    sqlite3* db = nullptr;
-    ASSERT_EQ(sqlite3_open(path_.c_str(), &db), SQLITE_OK);
-    ASSERT_EQ(addRowSum(db), SQLITE_OK);
-    ASSERT_EQ(sqlite3_exec(db, statement, nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(db);
-    sqlite3_close(db);
   }
   std::vector<std::string> damageOf(size_t most_read = 200) {
     const auto glance = glanceAtStore(path_, most_read);

@@ -8,7 +8,6 @@
 
 #include "mapping_core/store/store_survey.h"
 #include "protocol/codec/keyframe_codec.h"
-#include "protocol/storage/row_sum.h"
 #include "tests/mapping_core/store/store_fixture.h"
 
 namespace comap {
@@ -62,13 +61,6 @@ class StoreSurveyTest : public StoreTest {
     std::vector<Tile> tiles;
     for (int i = 0; i < 6; ++i) tiles.push_back(tileOf("m", i, 0, 0, 800, uint32_t(i)));
     ASSERT_TRUE(store->setTiles(tiles));
-  }
-  void sql(const char* statement) {
-    sqlite3* db = nullptr;
-    ASSERT_EQ(sqlite3_open(path_.c_str(), &db), SQLITE_OK);
-    ASSERT_EQ(addRowSum(db), SQLITE_OK);
-    ASSERT_EQ(sqlite3_exec(db, statement, nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(db);
-    sqlite3_close(db);
   }
   // All of a store, in words. Nothing if SQLite cannot read it all.
   static std::optional<std::vector<std::string>> readableRowsOf(const std::string& path) {
