@@ -2,53 +2,8 @@
 
 #include <zlib.h>
 
-#include <utility>
-
 namespace comap {
 namespace {
-
-// What a byte does to a CRC-32 that is followed by so many others.
-struct CrcTables {
-  std::array<std::array<uint32_t, 256>, 16> after{};
-  constexpr CrcTables() {
-    for (uint32_t byte = 0; byte < 256; ++byte) {
-      uint32_t sum = byte;
-      for (int bit = 0; bit < 8; ++bit) sum = (sum & 1) != 0 ? 0xedb88320u ^ sum >> 1 : sum >> 1;
-      after[0][byte] = sum;
-    }
-    for (size_t others = 1; others < after.size(); ++others)
-      for (size_t byte = 0; byte < 256; ++byte) {
-        const uint32_t before = after[others - 1][byte];
-        after[others][byte] = after[0][before & 255] ^ before >> 8;
-      }
-  }
-};
-constexpr CrcTables kCrc;
-
-uint64_t wordAt(const uint8_t* bytes) {
-  uint64_t word = 0;
-  std::memcpy(&word, bytes, sizeof word);
-  return word;
-}
-
-// Of eight bytes with `kOthers` behind them.
-template <size_t kOthers, size_t... kByte>
-uint32_t crcOfWord(uint64_t word, std::index_sequence<kByte...>) {
-  return (kCrc.after[kOthers + 7 - kByte][word >> 8 * kByte & 255] ^ ...);
-}
-template <size_t kOthers>
-uint32_t crcOfWord(uint64_t word) {
-  return crcOfWord<kOthers>(word, std::make_index_sequence<8>());
-}
-
-// zlib's takes twice as long for rows as short as ours.
-uint32_t crcOfShort(uint32_t before, const uint8_t* bytes, size_t count) {
-  uint32_t sum = ~before;
-  for (; count >= 16; bytes += 16, count -= 16)
-    sum = crcOfWord<8>(wordAt(bytes) ^ sum) ^ crcOfWord<0>(wordAt(bytes + 8));
-  for (; count > 0; ++bytes, --count) sum = kCrc.after[0][(sum ^ *bytes) & 255] ^ sum >> 8;
-  return ~sum;
-}
 
 void addValue(sqlite3_value* value, RowSum& sum) {
   const auto bytesOf = [&](const void* bytes) {
@@ -93,7 +48,7 @@ uint32_t RowSum::value() {
 }
 
 void RowSum::flush() {
-  sum_ = crcOfShort(sum_, gathered_.data(), used_);
+  sum_ = static_cast<uint32_t>(crc32_z(sum_, gathered_.data(), used_));
   used_ = 0;
 }
 
