@@ -93,12 +93,11 @@ Result<Agent::Progress> Agent::takeFrame() {
 
   const auto start = std::chrono::steady_clock::now();
   TrackedFrame tracked = odometry_.track(frame);
-  const Relocalisation* found = nullptr;
-  if (tracked.first && statistics_.keyframes > 0) found = findBack(frame, tracked);
+  if (tracked.first && statistics_.keyframes > 0) findBack(frame, tracked);
   if (!tracked.first) searchMap(frame, tracked);
   const auto tracked_at = std::chrono::steady_clock::now();
   const uint32_t registered = localizer_.statistics().attempts;
-  localizer_.track(odometry_.live(), tracked.T_odom_cam, tracked.aligned || found != nullptr);
+  localizer_.track(odometry_.live(), tracked.T_odom_cam, tracked.aligned);
   const auto registered_at = std::chrono::steady_clock::now();
   const std::chrono::duration<double, std::milli> registering = registered_at - tracked_at;
   StageClock::process().add("track", start, tracked_at);
@@ -127,7 +126,7 @@ Result<Agent::Progress> Agent::takeFrame() {
     log_("tracking lost at frame " + std::to_string(statistics_.frames - 1));
   state_ = tracked.state;
   T_odom_cam_ = tracked.T_odom_cam;
-  if (!reason.empty()) beginKeyframe(frame, tracked, found);
+  if (!reason.empty()) beginKeyframe(frame, tracked);
 
   // A lost robot too: it needs the tiles that it finds itself in.
   if (statistics_.frames % config_.interest_every_frames == 0) sendInterest();
@@ -142,35 +141,32 @@ Result<Agent::Progress> Agent::takeFrame() {
   return Progress::kFrame;
 }
 
-// For a frame that would begin a new chain: the known place where it stands. Otherwise it begins one, or, as long as
-// there is hope, is LOST.
-const Relocalisation* Agent::findBack(const Frame& frame, TrackedFrame& tracked) {
+// For a frame that would begin a new chain: it begins one where it was found, or where it is, or, as long as there is
+// hope, is LOST. A place that was found ties nothing: a room just like it would tie two rooms into one for ever. That
+// is for the core to say, which verifies what it is told like any other match.
+void Agent::findBack(const Frame& frame, TrackedFrame& tracked) {
   const FernCode code = encodeFerns(book_, frame.colour, frame.depth);
   const Recovery::Outcome outcome = recovery_.attempt(odometry_.live(), code);
   const bool recognised = outcome != Recovery::Outcome::kFound && localizer_.searches(true) &&
                           localizer_.search(odometry_.live(), code, tracked.T_odom_cam);
   if (recognised) {
     log_("frame " + std::to_string(statistics_.frames) + " is at a place in map " + localizer_.tiles().map());
-    return nullptr;
+    return;
   }
-  switch (outcome) {
-    case Recovery::Outcome::kLost:
-      tracked.first = false;
-      tracked.state = TrackingState::kLost;
-      return nullptr;
-    case Recovery::Outcome::kNewChain:
-      log_("frame " + std::to_string(statistics_.frames) + " begins a new chain");
-      return nullptr;
-    case Recovery::Outcome::kFound:
-      break;
+  if (outcome == Recovery::Outcome::kLost) {
+    tracked.first = false;
+    tracked.state = TrackingState::kLost;
+  } else if (outcome == Recovery::Outcome::kNewChain) {
+    log_("frame " + std::to_string(statistics_.frames) + " begins a new chain");
+  } else {
+    const Relocalisation& place = recovery_.place();
+    log_("frame " + std::to_string(statistics_.frames) + " looks like the place of keyframe " +
+         std::to_string(place.sequence) + ": a new chain begins there");
+    ++statistics_.relocalised;
+    tracked.T_odom_cam = place.T_odom_keyframe * place.T_keyframe_cam;
+    odometry_.resume(tracked.T_odom_cam);
+    localizer_.recognise(place.sequence, tracked.T_odom_cam);
   }
-  const Relocalisation& place = recovery_.place();
-  log_("frame " + std::to_string(statistics_.frames) + " is at a place seen in keyframe " +
-       std::to_string(place.sequence));
-  ++statistics_.relocalised;
-  tracked.T_odom_cam = place.T_odom_keyframe * place.T_keyframe_cam;
-  odometry_.resume(tracked.T_odom_cam);
-  return &place;
 }
 
 // On a chain that nothing ties to the map, the robot goes on looking for itself in what it holds of it.
@@ -180,7 +176,7 @@ void Agent::searchMap(const Frame& frame, const TrackedFrame& tracked) {
     log_("frame " + std::to_string(statistics_.frames) + " is at a place in map " + localizer_.tiles().map());
 }
 
-void Agent::beginKeyframe(const Frame& frame, const TrackedFrame& tracked, const Relocalisation* found) {
+void Agent::beginKeyframe(const Frame& frame, const TrackedFrame& tracked) {
   Keyframe keyframe;
   keyframe.id = {config_.robot, session_, statistics_.keyframes};
   keyframe.stamp_ns = frame.stamp_ns;
@@ -188,13 +184,7 @@ void Agent::beginKeyframe(const Frame& frame, const TrackedFrame& tracked, const
   keyframe.colour = frame.colour;
   keyframe.fern_code = encodeFerns(book_, frame.colour, frame.depth);
   keyframe.T_odom_cam = tracked.T_odom_cam;
-  if (found != nullptr) {
-    keyframe.linked = true;
-    keyframe.linked_to = found->sequence;
-    keyframe.T_link_this = found->T_keyframe_cam;
-    keyframe.information = found->information;
-    keyframe.inlier_ratio = found->inlier_ratio;
-  } else if (!tracked.first) {
+  if (!tracked.first) {
     keyframe.linked = true;
     keyframe.linked_to = statistics_.keyframes - 1;
     keyframe.T_link_this = tracked.T_keyframe_cam;

@@ -30,7 +30,7 @@ struct FrameRecord {
 
 struct AgentStatistics {
   uint32_t frames = 0, keyframes = 0, damaged_frames = 0, poor_frames = 0, lost_frames = 0;
-  uint32_t chains = 0, relocalised = 0;  ///< starts without a link; times the robot found back to a known place
+  uint32_t chains = 0, relocalised = 0;  ///< starts without a link; times a lost robot saw a place that it knew
   uint64_t tiles_received = 0, tile_bytes_received = 0;
   TimeHistogram localizer_ms;                     ///< of the frames that were registered against tiles
   TimeHistogram odometry_ms;                      ///< tracking and keyframe making, without reading and encoding
@@ -105,8 +105,8 @@ class Agent {
 
  private:
   Result<std::optional<Frame>> readFrame();
-  const Relocalisation* findBack(const Frame& frame, TrackedFrame& tracked);
-  void beginKeyframe(const Frame& frame, const TrackedFrame& tracked, const Relocalisation* found);
+  void findBack(const Frame& frame, TrackedFrame& tracked);
+  void beginKeyframe(const Frame& frame, const TrackedFrame& tracked);
   void searchMap(const Frame& frame, const TrackedFrame& tracked);
   Result<void> handle(const Delivery& delivery);
   void noteWaiting(size_t before);

@@ -18,7 +18,7 @@ struct AgentReport {
   uint32_t unacknowledged = 0;                            ///< keyframes, those of earlier sessions included
   uint32_t keyframes_thinned = 0, keyframes_dropped = 0;  ///< for want of room in the outbox
   uint32_t damaged_frames = 0, poor_frames = 0, lost_frames = 0;
-  uint32_t chains = 0, relocalised = 0;  ///< starts without a link; times it found back to a known place
+  uint32_t chains = 0, relocalised = 0;  ///< starts without a link; times it saw, lost, a place that it knew
   std::optional<CaptureHealth> camera;   ///< of a live camera
   uint64_t uplink_bytes = 0, tile_bytes_received = 0, tiles_received = 0;
   uint64_t tiles_held = 0, surfels_held = 0;

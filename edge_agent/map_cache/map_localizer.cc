@@ -108,14 +108,26 @@ bool MapLocalizer::search(const Pyramid& live, const FernCode& code, const Pose&
     if (!search_.place().accepted) ++statistics_.not_found[search_.place().reason];
     return false;
   }
+  hold(search_.place().T_map_cam * T_odom_cam.inverse(), T_odom_cam);
+  return true;
+}
+
+// What is known of the places of other chains is in frames of their own.
+void MapLocalizer::recognise(uint32_t keyframe, const Pose& T_odom_cam) {
+  const bool of_this_chain = state_ == MapState::kPlaced       ? keyframe >= tied_from_
+                             : state_ == MapState::kRecognised ? keyframe >= chain_start_
+                                                               : false;
+  if (of_this_chain) hold(filter_.T_map_odom(), T_odom_cam);
+}
+
+void MapLocalizer::hold(const Pose& T_map_odom, const Pose& T_odom_cam) {
   state_ = MapState::kRecognised;
   recognised_at_ = frames_ + 1;
   doubts_ = 0;
-  frames_since_ = -1;  // this frame has just been registered
+  frames_since_ = -1;  // this frame has just been aligned
   ++statistics_.recognised;
   filter_.move(T_odom_cam, false);
-  filter_.set(search_.place().T_map_cam * T_odom_cam.inverse(), {});
-  return true;
+  filter_.set(T_map_odom, {});
 }
 
 void MapLocalizer::keyframeMade(uint32_t sequence, const MapId& chain) {
@@ -156,6 +168,7 @@ void MapLocalizer::follow(const Correction& correction, uint32_t keyframe) {
   }
   cache_.setMap(correction.map);
   state_ = MapState::kPlaced;
+  tied_from_ = chain_start_.value_or(tied_from_);
   chain_start_.reset();
   own_chain_.reset();
   search_.reset();

@@ -38,7 +38,7 @@ enum class MapState : uint8_t {
   kUnplaced,    ///< the core has not said where the robot is
   kPlaced,      ///< in the map that the core's last correction names
   kAstray,      ///< a new chain has begun: the pose in the map is not known
-  kRecognised,  ///< on a new chain, but the map's surface was recognised; the core has not confirmed it yet
+  kRecognised,  ///< on a new chain, but the place was recognised; the core has not confirmed it yet
 };
 
 /// What the robot believes at this moment, for consumers.
@@ -81,6 +81,10 @@ class MapLocalizer {
   /// begins a chain with this frame.
   bool search(const Pyramid& live, const FernCode& code, const Pose& T_odom_cam);
 
+  /// Lost, the robot has seen the place of `keyframe` in its own memory, and begins a chain at T_odom_cam, in the same
+  /// odometry frame: recognised, if that keyframe's place in the map is known. Call before track().
+  void recognise(uint32_t keyframe, const Pose& T_odom_cam);
+
   /// A keyframe was made. `chain` names the map it would begin, if it is tied to none before it; else empty.
   void keyframeMade(uint32_t sequence, const MapId& chain);
 
@@ -104,6 +108,7 @@ class MapLocalizer {
   void follow(const Correction& correction, uint32_t keyframe);
   void registerFrame(const Pyramid& live);
   void noteRegistered(const Pose& T_map_before);
+  void hold(const Pose& T_map_odom, const Pose& T_odom_cam);
   void insist(const Pyramid& live, const Registration& found);
   void doubt();
   void smooth();
@@ -117,7 +122,8 @@ class MapLocalizer {
   LocalizerStatistics statistics_;
   MapState state_ = MapState::kUnplaced;
   std::optional<Correction> own_chain_;  // the core's word about the chain that is not tied to the map held
-  std::optional<uint32_t> chain_start_;  // keyframe that began the chain
+  std::optional<uint32_t> chain_start_;  // keyframe that began the chain that is not tied to the map held
+  uint32_t tied_from_ = 0;               // keyframe that began the chain that was last placed
   MapId chain_;
   Pose T_map_odom_smooth_;
   Pose T_odom_cam_;

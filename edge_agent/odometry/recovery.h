@@ -27,7 +27,7 @@ class Recovery {
 
   enum class Outcome {
     kLost,      ///< not found yet: ask again with the next frame
-    kFound,     ///< place() is where the camera stands
+    kFound,     ///< place() is where the camera seems to stand
     kNewChain,  ///< nothing found in time, or nothing remembered: begin anew with this frame
   };
   /// Asks with one frame that has depth enough.

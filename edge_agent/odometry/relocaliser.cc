@@ -61,7 +61,6 @@ Relocalisation Relocaliser::judge(const RememberedPlace& place, const Pyramid& l
   };
   const auto take = [&](const Alignment& alignment) {
     result.T_keyframe_cam = alignment.T_ref_cur;
-    result.information = alignment.information;
     result.inlier_ratio = alignment.inlier_ratio;
     result.overlap = alignment.overlap;
     result.rms_sigma = alignment.solved ? alignment.rms_sigma : 0;

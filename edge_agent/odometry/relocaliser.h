@@ -37,9 +37,8 @@ struct Relocalisation {
   bool accepted = false;
   std::string reason;  ///< "accepted", or the check that refused
   uint32_t sequence = 0;
-  Pose T_odom_keyframe;                     ///< as it was remembered
-  Pose T_keyframe_cam;                      ///< the live camera in the remembered keyframe
-  Matrix6d information = Matrix6d::Zero();  ///< of T_keyframe_cam for the left increment
+  Pose T_odom_keyframe;  ///< as it was remembered
+  Pose T_keyframe_cam;   ///< the live camera in the remembered keyframe
   double dissimilarity = 1, inlier_ratio = 0, overlap = 0, rms_sigma = 0, degeneracy = 0, photometric_median = 255;
   double seen_through = 1, agree = 0, round_trip_m = 0, round_trip_rad = 0;
 };

@@ -30,8 +30,8 @@ struct Keyframe {
   Pose T_odom_cam;
   /// False for the first keyframe of a chain (start, or tracking was lost): nothing ties it to an earlier one.
   bool linked = false;
-  /// Sequence of the keyframe of the same session that it is tied to, if linked: the one before, or, where the robot
-  /// found back to a place it knew, an earlier one.
+  /// Sequence of the keyframe of the same session that it is tied to, if linked: the one before, or, where that one was
+  /// dropped for want of room, an earlier one.
   uint32_t linked_to = 0;
   /// Pose of this camera in that keyframe's camera, if linked.
   Pose T_link_this;
@@ -43,7 +43,7 @@ struct Keyframe {
   /// was linked to them to the keyframes before.
   uint32_t skipped = 0;
   /// Where the robot believes this camera to stand in a map that no edge of its own ties it to: it has recognised the
-  /// map's surface. A hint where to look for a match, no measurement.
+  /// place, in its tiles or its own memory. A hint where to look for a match, no measurement.
   std::optional<MapPose> believed;
 };
 

@@ -87,7 +87,7 @@ Result<KidnapOutcome> measureKidnap(gpu::Device& device, const KidnapOptions& op
           std::cerr << "frame " << outcome.frames << " state " << static_cast<int>(live.state) << " error "
                     << error.translation().norm() << " m " << error.angle() * 180 / M_PI << " deg\n";
         if (outcome.recognised_after < 0) outcome.recognised_after = outcome.frames;
-        if (placed && !found_back && outcome.joined_after < 0) outcome.joined_after = outcome.frames;
+        if (placed && outcome.joined_after < 0) outcome.joined_after = outcome.frames;
         if (right) errors.push_back(error.translation().norm());
         if (placed)
           ++(right ? outcome.right : outcome.wrong);

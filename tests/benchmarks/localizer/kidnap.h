@@ -19,9 +19,9 @@ struct KidnapOptions {
 };
 
 struct KidnapOutcome {
-  int frames = 0;             ///< after it was carried off
-  int recognised_after = -1;  ///< frames, -1 = not: a hypothesis, or found back
-  int found_back_after = -1;  ///< frames until it found a place of its own memory; on its old chain
+  int frames = 0;                                  ///< after it was carried off
+  int recognised_after = -1;                       ///< frames, -1 = not: a hypothesis
+  int found_back_after = -1;                       ///< frames until it saw a place of its own memory
   int hypothesis_right = 0, hypothesis_wrong = 0;  ///< frames: within 0.1 m and 5 degrees, or not
   int right = 0, wrong = 0;                        ///< the same of frames placed in the map, with the core's word
   double error_m = 0;                              ///< median of the right ones

@@ -42,18 +42,16 @@ void print(const KidnapOptions& options, const KidnapOutcome& o) {
   if (o.recognised_after < 0) {
     fmt::print("not recognised in {} frames", o.frames);
   } else {
-    fmt::print(
-        "recognised after {} frames: right in {}, wrong in {}; placed: right in {}, wrong in {} (median error {:.4f} "
-        "m)",
-        o.recognised_after, o.hypothesis_right, o.hypothesis_wrong, o.right, o.wrong, o.error_m);
+    fmt::print("recognised after {} frames: right in {}, wrong in {}; placed: right in {}, wrong in {}",
+               o.recognised_after, o.hypothesis_right, o.hypothesis_wrong, o.right, o.wrong);
+    if (o.right + o.hypothesis_right > 0) fmt::print(" (median error of the right ones {:.4f} m)", o.error_m);
   }
-  if (o.found_back_after >= 0) fmt::print(", found back in its own memory after {}", o.found_back_after);
+  if (o.found_back_after >= 0) fmt::print(", seen in its own memory after {}", o.found_back_after);
   if (o.taken_back > 0) fmt::print(", taken back {} times", o.taken_back);
-  if (o.joined_after < 0 && o.found_back_after < 0) {
+  if (o.joined_after < 0)
     fmt::print("; not joined by the core");
-  } else if (o.joined_after >= 0) {
+  else
     fmt::print("; joined by the core after {} frames", o.joined_after);
-  }
   fmt::print("; slowest frame {:.0f} ms\n", o.search_ms_worst);
 }
 

@@ -72,6 +72,44 @@ TEST_F(AgentMapTest, AsksForTilesWhileLost) {
   EXPECT_EQ(interests(), 5);
 }
 
+TEST_F(AgentMapTest, CarriedOffToAPlaceOfItsOwnItIsPlacedOnceTheCoreSaysSo) {
+  WalkSource source(70, 30, 45, -1);
+  source.carried_off = true;
+  Agent agent = makeAgent(source);
+  std::vector<Keyframe> keyframes;
+  ASSERT_TRUE(agent.hello());
+  serve(keyframes);
+  ASSERT_TRUE(agent.exchange(milliseconds(0)));
+  const auto correct = [&](const MapId& map, uint64_t revision) {
+    ASSERT_TRUE(core_->publish(Topic::kCorrection, "r", *encodeCorrection({"r", kSession, map, Pose(), revision})));
+    ASSERT_TRUE(agent.exchange(milliseconds(0)));
+  };
+  std::optional<MapId> chain;
+  for (int i = 0; i < 70; ++i) {
+    ASSERT_TRUE(agent.takeFrame());
+    ASSERT_TRUE(agent.exchange(milliseconds(0)));
+    serve(keyframes);
+    if (i == 0) correct("m", 1);
+    if (agent.statistics().chains < 2) continue;
+    const LivePose live = agent.livePose();
+    EXPECT_EQ(live.state, MapState::kRecognised) << i;
+    ASSERT_TRUE(live.hypothesis) << i;
+    EXPECT_EQ(live.hypothesis->map, "m");
+    EXPECT_NEAR(live.hypothesis->T_map_cam.translation().x(), 0.02 * (i - 45), 0.01) << i;
+  }
+  ASSERT_TRUE(agent.closeKeyframe());
+  ASSERT_TRUE(agent.exchange(milliseconds(0)));
+  serve(keyframes);
+  for (const Keyframe& keyframe : keyframes)
+    if (!keyframe.linked && keyframe.id.sequence > 0) chain = mapIdOf(keyframe.id);
+  ASSERT_TRUE(chain);
+  EXPECT_TRUE(keyframes.back().believed);
+  serve(keyframes);
+  ASSERT_TRUE(agent.exchange(milliseconds(0)));
+  correct("m", 2);
+  EXPECT_EQ(agent.livePose().state, MapState::kPlaced);
+}
+
 TEST_F(AgentMapTest, CarriedOffToWhereOnlyOthersHaveBeenItFindsItselfInTheMapAndSaysSo) {
   WalkSource source(70, 12, 32, -1);
   source.turned_away = true;

@@ -82,26 +82,23 @@ TEST_F(AgentTest, ALongBlackoutStartsANewChainAndIsTold) {
   EXPECT_EQ(frames_.size(), 60u - agent.statistics().lost_frames);
 }
 
-// Covered up, carried to a place it has seen, uncovered: no operator, no new map.
-TEST_F(AgentTest, CarriedOffToAKnownPlaceItFindsBack) {
+// Covered up, carried to a place it has seen, uncovered. A room just like it would look the same: nothing ties the new
+// chain to the old one but what the core makes of it.
+TEST_F(AgentTest, CarriedOffToAKnownPlaceItBeginsAChainThere) {
   WalkSource source(70, 30, 45, -1);
   source.carried_off = true;
   Agent agent = makeAgent(source);
   const auto keyframes = play(agent);
   EXPECT_EQ(agent.statistics().relocalised, 1u);
-  EXPECT_EQ(agent.statistics().chains, 1u);
-  size_t back = 0;
+  ASSERT_EQ(agent.statistics().chains, 2u);
+  size_t begun = 0;
   for (size_t i = 1; i < keyframes.size(); ++i) {
-    EXPECT_TRUE(keyframes[i].linked) << i;
-    if (keyframes[i].linked_to + 1 == i) continue;
-    ++back;
+    begun += !keyframes[i].linked;
+    if (begun == 0) continue;
     const double at = 0.02 * (static_cast<double>(keyframes[i].stamp_ns) / 33e6 - 45);
     EXPECT_NEAR(keyframes[i].T_odom_cam.translation().x(), at, 0.01) << "in the frame of before";
-    const Pose T_odom_link = keyframes[keyframes[i].linked_to].T_odom_cam;
-    EXPECT_LT(((T_odom_link * keyframes[i].T_link_this).inverse() * keyframes[i].T_odom_cam).translation().norm(),
-              1e-6);
   }
-  EXPECT_EQ(back, 1u);
+  EXPECT_EQ(begun, 1u);
   // At most the blank and a few frames to make sure of the place.
   EXPECT_LE(agent.statistics().lost_frames, 10u);
 }

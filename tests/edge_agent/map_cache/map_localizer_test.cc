@@ -171,6 +171,34 @@ TEST_F(MapLocalizerTest, ACarriedOffRobotFindsItselfWhereOnlyOthersHaveBeen) {
   EXPECT_FALSE(localizer.interestAt());
 }
 
+TEST_F(MapLocalizerTest, APlaceOfItsOwnMemoryIsAHypothesisUntilTheCoreHasJoinedTheChains) {
+  MapLocalizer localizer(often());
+  place(localizer, walk(0));
+  for (int i = 0; i < 4; ++i) localizer.track(onWalk(i).pyramid, walk(0).inverse() * walk(i), true);
+  const Pose T_odom_cam = walk(0).inverse() * walk(1);
+  localizer.recognise(0, T_odom_cam);
+  localizer.track(onWalk(1).pyramid, T_odom_cam, false);
+  localizer.keyframeMade(3, "r-1-3");
+  EXPECT_EQ(localizer.live().state, MapState::kRecognised);
+  ASSERT_TRUE(localizer.believed());
+  EXPECT_EQ(localizer.believed()->map, "m");
+  EXPECT_LT(error_m(localizer, walk(1)), 0.01);
+  localizer.correct({"r", 1, "m", walk(0), 2}, 4);
+  EXPECT_EQ(localizer.live().state, MapState::kPlaced);
+  // The next chain begins where it knows nothing; places of the chains before are in frames of their own.
+  localizer.track(onWalk(1).pyramid, T_odom_cam, false);
+  localizer.keyframeMade(6, "r-1-6");
+  EXPECT_EQ(localizer.live().state, MapState::kAstray);
+  localizer.recognise(0, T_odom_cam);
+  EXPECT_EQ(localizer.live().state, MapState::kAstray);
+  localizer.correct({"r", 1, "m", otherWalk(0), 3}, 7);
+  ASSERT_EQ(localizer.live().state, MapState::kPlaced);
+  localizer.recognise(5, T_odom_cam);
+  EXPECT_EQ(localizer.live().state, MapState::kPlaced) << "keyframe 5 was of a chain that stands otherwise";
+  localizer.recognise(6, T_odom_cam);
+  EXPECT_EQ(localizer.live().state, MapState::kRecognised);
+}
+
 TEST_F(MapLocalizerTest, ARoomThatOnlyLooksSimilarIsNotBelieved) {
   MapLocalizer localizer(often());
   place(localizer, walk(0));

@@ -79,8 +79,6 @@ TEST(Relocaliser, findsThePlaceFromAnotherPoseAndSaysWhereTheCameraIs) {
       const Pose T_keyframe_cam = placeAt(static_cast<int>(found.sequence) - 100).inverse() * T_world_cam;
       EXPECT_LT((T_keyframe_cam.inverse() * found.T_keyframe_cam).translation().norm(), 0.02)
           << "it is the pose in the keyframe that is named";
-      EXPECT_TRUE(found.information.allFinite());
-      EXPECT_GT(found.information.diagonal().minCoeff(), 0);
     }
   // Sensor noise and a turn of 8 degrees may leave one or two in a wrong minimum; the gates refuse those.
   EXPECT_GE(accepted, 2 * kPlaces - 2);
