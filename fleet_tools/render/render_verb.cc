@@ -164,6 +164,10 @@ int run(const RenderOptions& options) {
   const Colouring colouring = colouringOf(options.colour);
   const auto legend = legendOf(colouring, orderContributors(*robots, *surfels));
   const auto picture = renderPicture(*device, *surfels, *view, colouring, legend);
+  if (!picture && picture.error().code == ErrorCode::kProblem)
+    return failWith({ErrorCode::kProblem, options.store + ": --view '" + printable(options.view) + "', map " +
+                                              printable(*map) + ": " + picture.error().text +
+                                              "; no picture is written"});
   if (!picture) return failWith(picture.error());
   if (const auto written = writeColourPng(options.out, *picture); !written) return failWith(written.error());
 

@@ -113,6 +113,10 @@ Result<ColourImage> renderPicture(gpu::Device& device, std::span<const Surfel> s
   camera.height *= factor;
   auto seen = map->predict(camera, view.T_map_cam, {0, 1000, view.both_sides, true});
   if (!seen) return seen.error();
+  const float* depth_m = seen->depth_m.data();
+  const size_t samples = pixels * static_cast<size_t>(factor * factor);
+  if (std::none_of(depth_m, depth_m + samples, [](float depth) { return depth > 0; }))
+    return Error{ErrorCode::kProblem, "no surfel is in view"};
 
   const Eigen::Matrix3f R_map_cam = view.T_map_cam.rotationMatrix().cast<float>();
   ColourImage picture(width, height);

@@ -32,7 +32,7 @@ PictureView cameraView(const Pose& T_map_cam, int width, int height);
 /// Nothing for the surfaces' own colours.
 std::vector<LegendEntry> legendOf(Colouring colouring, std::span<const std::string> robots);
 
-/// Paints the map on a light ground, with `legend` at its foot.
+/// Paints the map on a light ground, with `legend` at its foot. kProblem if nothing of it is in view.
 Result<ColourImage> renderPicture(gpu::Device& device, std::span<const Surfel> surfels, const PictureView& view,
                                   Colouring colouring, std::span<const LegendEntry> legend);
 

@@ -17,6 +17,7 @@ struct ForgetOptions {
 int run(const ForgetOptions& options) {
   const auto config = configOf(options.change);
   if (!config) return failWith(config.error());
+  if (auto checked = checkDevice(options.change); !checked) return failWith(checked.error());
   auto store = openToChange(options.change.store);
   if (!store) return failWith(store.error());
   const auto removed = store->removeRobot(options.robot);

@@ -9,7 +9,6 @@
 #include "fleet_tools/store/record_json.h"
 #include "fleet_tools/store/store_change.h"
 #include "fleet_tools/store/store_draft.h"
-#include "mapping_core/gpu/device.h"
 #include "mapping_core/store/store_leavings.h"
 #include "mapping_core/store/store_lock.h"
 #include "mapping_core/store/store_survey.h"
@@ -49,15 +48,6 @@ Result<StoreSurvey> save(const RecoverArguments& arguments) {
   if (auto saved = saveWhole(*survey, draft->path(), is_copied); !saved) return saved.error();
   if (auto moved = draft->publish(); !moved) return moved.error();
   return survey;
-}
-
-// Before anything is written, so that the same command can be given again.
-Result<void> checkDevice(const StoreChange& change) {
-  if (change.later) return {};
-  gpu::DeviceOptions options;
-  options.choice = change.device;
-  const auto device = gpu::Device::create(options);
-  return device ? Result<void>() : Result<void>(device.error());
 }
 
 int run(const RecoverArguments& arguments) {

@@ -41,6 +41,7 @@ Result<MergeDecision> decide(const SplitOptions& options, const CoreConfig& conf
 int run(const SplitOptions& options) {
   const auto config = configOf(options.change);
   if (!config) return failWith(config.error());
+  if (auto checked = checkDevice(options.change); !checked) return failWith(checked.error());
   auto store = openToChange(options.change.store);
   if (!store) return failWith(store.error());
   const auto decision = decide(options, *config, *store);

@@ -70,6 +70,14 @@ Result<CoreConfig> configOf(const StoreChange& change) {
   return change.config.empty() ? Result<CoreConfig>(CoreConfig()) : readCoreConfig(change.config);
 }
 
+Result<void> checkDevice(const StoreChange& change) {
+  if (change.later) return {};
+  gpu::DeviceOptions options;
+  options.choice = change.device;
+  const auto device = gpu::Device::create(options);
+  return device ? Result<void>() : Result<void>(device.error());
+}
+
 Result<MapStore> openToChange(const std::string& path) {
   const LogEnd log_end = lookAtLog(path);
   if (const auto version = storeVersionOf(path); version && *version < kStoreVersion && *version >= kFirstStoreVersion)

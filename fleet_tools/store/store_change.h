@@ -24,6 +24,10 @@ void addStoreChangeOptions(CLI::App& verb, StoreChange& change);
 /// The core's configuration that was given, or the default one. kWrongUse, too, if the device's words choose none.
 Result<CoreConfig> configOf(const StoreChange& change);
 
+/// Whether the device is there, unless --later leaves it to others: before anything is written, so that the same
+/// command can be given again.
+Result<void> checkDevice(const StoreChange& change);
+
 /// Opens a store at rest, and says on stderr what is wrong with the end of its log, which is then begun anew.
 Result<MapStore> openToChange(const std::string& path);
 

@@ -121,6 +121,21 @@ TEST_F(StoreVerbs, failuresLeaveNoFilesAndSayWhy) {
   EXPECT_EQ(entries(), (std::set<std::string>{"file", "map.comap"}));
 }
 
+TEST_F(StoreVerbs, aViewInWhichNothingLiesIsToldAndNoPicture) {
+  fill(1);
+  const std::string picture = (folder_ / "map.png").string();
+  const std::string render = "render " + store_ + " --size 64x48 --out " + picture;
+  for (const std::string view : {"pose 1e30 0 0 0 0 0 1", "pose 0 0 9 0 0 0 1"}) {
+    const Outcome away = fleet(render + " --view '" + view + "'");
+    EXPECT_EQ(away.code, 1);
+    EXPECT_EQ(away.err, "fleet: " + store_ + ": --view '" + view +
+                            "', map alpha-5-0: no surfel is in view; no picture is written\n");
+    EXPECT_EQ(entries(), (std::set<std::string>{"map.comap"}));
+  }
+  EXPECT_EQ(fleet(render + " --view 'pose 0.3 0.2 0 0 0 0 1'").code, 0);
+  EXPECT_TRUE(entries().contains("map.png"));
+}
+
 TEST_F(StoreVerbs, aStoreIsNeverWrittenOver) {
   fill(1);
   const std::string before = fleet("info " + store_ + " --json").out;
@@ -201,6 +216,11 @@ TEST_F(StoreVerbs, decisionsAreInTheRecordsBeforeTheMaps) {
     return outcome.code == 0 ? nlohmann::json::parse(outcome.out) : nlohmann::json();
   };
   EXPECT_EQ(fleet("split " + store_ + " 1 --device nvidia").code, 2) << "before anything is changed";
+  EXPECT_EQ(fleet("split " + store_ + " 1 --device 99").code, 3);
+  EXPECT_EQ(json("info " + store_)["undone_merges"], 0) << "nor is anything recorded of a device that is not there";
+  EXPECT_EQ(fleet("forget " + store_ + " bravo --device 99").code, 3);
+  EXPECT_EQ(json("info " + store_)["keyframes"], 6);
+  EXPECT_EQ(json("info " + store_)["complete"], true);
   EXPECT_EQ(fleet("split " + store_ + " x").code, 2);
   EXPECT_EQ(fleet("split " + store_ + " 9").code, 2);
   const Outcome split = fleet("split " + store_ + " 1 --later --reason test");
