@@ -45,7 +45,7 @@ std::string errors(const std::vector<ReportTrajectory>& trajectories) {
 std::map<std::string, size_t> robotColours(const json& report) {
   std::map<std::string, size_t> colours;
   for (const json& robot : robotRows(report)) {
-    const json* colour = find(robot, {"colour"});
+    const json* colour = valueAt(robot, {"colour"});
     const bool told = colour != nullptr && colour->is_number_integer() && *colour >= 0;
     colours[robot["name"].get<std::string>()] = told ? colour->get<size_t>() : colours.size();
   }
@@ -128,33 +128,34 @@ std::string renderReportPage(const json& report, const std::vector<ReportPicture
                                                {"still standing", {"false_merges_standing"}},
                                                {"first right merge, s", {"first_merge_s"}, 1, 1}};
   std::vector<json> closures;
-  if (const json* values = find(report, {"closures"}); values != nullptr && values->is_object())
+  if (const json* values = valueAt(report, {"closures"}); values != nullptr && values->is_object())
     closures.push_back(*values);
   std::vector<json> surface;
   json of_surface = json::object();
-  if (const json* values = find(report, {"surface"}); values != nullptr && values->is_object()) of_surface = *values;
-  if (const json* doubles = find(report, {"double_surface"})) of_surface["double_surface"] = *doubles;
+  if (const json* values = valueAt(report, {"surface"}); values != nullptr && values->is_object()) of_surface = *values;
+  if (const json* doubles = valueAt(report, {"double_surface"})) of_surface["double_surface"] = *doubles;
   if (!of_surface.empty()) surface.push_back(std::move(of_surface));
 
   const std::map<std::string, size_t> colours = robotColours(report);
   std::string page = pageHead("CoMap report") + "<p class=\"sub\">";
-  const std::string version = cell(find(report, {"version"})), device = cell(find(report, {"core", "device"}));
+  const std::string version = cellText(valueAt(report, {"version"})),
+                    device = cellText(valueAt(report, {"core", "device"}));
   page += "What the robots saw, how their maps became one, and what it cost.";
   if (!version.empty()) page += " Version " + version + (device.empty() ? "." : ", on " + device + ".");
   page += "</p>\n" + cards(report);
   page += headed("Pictures", pictureGallery(pictures, colours));
   page += headed("Trajectories from above", plots(trajectories));
-  page += headed(find(report, {"joint_ate_rmse_m"}) != nullptr ? "Error over time, all robots aligned together"
-                                                               : "Error over time, each robot aligned by itself",
+  page += headed(valueAt(report, {"joint_ate_rmse_m"}) != nullptr ? "Error over time, all robots aligned together"
+                                                                  : "Error over time, each robot aligned by itself",
                  errors(trajectories));
   page += headed("When maps became one", mergeTimeline(report, colours));
-  page += headed("Robots", table(robot_columns, robotRows(report)));
-  page += headed("Maps", table(map_columns, arrayRows(report, "maps")));
-  page += headed("Merges", table(merge_columns, arrayRows(report, "merges")));
+  page += headed("Robots", htmlTable(robot_columns, robotRows(report)));
+  page += headed("Maps", htmlTable(map_columns, arrayRows(report, "maps")));
+  page += headed("Merges", htmlTable(merge_columns, arrayRows(report, "merges")));
   page += headed("Place matches", verdicts(report));
-  page += headed("Place matches against the truth", table(closure_columns, closures));
+  page += headed("Place matches against the truth", htmlTable(closure_columns, closures));
   page += headed("The truth against the depth pictures", contradictions(report));
-  page += headed("Surface", table(surface_columns, surface));
+  page += headed("Surface", htmlTable(surface_columns, surface));
   page += headed("Timings", timings(report));
   page += headed("Parameters", parameters(report));
   page += rawReport(report);

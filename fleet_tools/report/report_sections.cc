@@ -30,16 +30,16 @@ std::string cards(const json& report) {
   bool lost_known = false;
   const std::vector<json> robots = robotRows(report);
   for (const json& robot : robots) {
-    const json* count = find(robot, {"keyframes"});
+    const json* count = valueAt(robot, {"keyframes"});
     if (count != nullptr && count->is_number_integer()) keyframes += count->get<int64_t>();
-    const json* missing = find(robot, {"keyframes_lost"});
+    const json* missing = valueAt(robot, {"keyframes_lost"});
     if (missing != nullptr && missing->is_number_integer()) {
       lost += missing->get<int64_t>();
       lost_known = true;
     }
   }
-  const json* maps = find(report, {"maps"});
-  const json* merges = find(report, {"merges"});
+  const json* maps = valueAt(report, {"maps"});
+  const json* merges = valueAt(report, {"merges"});
   std::string html = "<div class=\"cards\">\n";
   if (!robots.empty()) html += card(std::to_string(robots.size()), wordFor(robots.size(), "robot", "robots"));
   if (maps != nullptr && maps->is_array()) {
@@ -50,33 +50,36 @@ std::string cards(const json& report) {
     html += card(std::to_string(merges->size()), wordFor(merges->size(), "merge", "merges"));
   if (!robots.empty()) html += card(std::to_string(keyframes), "keyframes");
   if (lost_known) html += card(std::to_string(lost), "keyframes lost", lost == 0 ? "good" : "bad");
-  html += card(withUnit(cell(find(report, {"joint_ate_rmse_m"}), 1000, 1), "mm"), "joint trajectory error, RMSE");
-  html += card(withUnit(cell(find(report, {"surface", "accuracy_mean_m"}), 1000, 1), "mm"), "mean surface error");
-  html += card(withUnit(cell(find(report, {"surface", "completeness_2cm"}), 100, 1), "%"), "surface seen, within 2 cm");
-  html += card(withUnit(cell(find(report, {"wall_s"}), 1, 1), "s"), "wall time");
+  html +=
+      card(withUnit(cellText(valueAt(report, {"joint_ate_rmse_m"}), 1000, 1), "mm"), "joint trajectory error, RMSE");
+  html +=
+      card(withUnit(cellText(valueAt(report, {"surface", "accuracy_mean_m"}), 1000, 1), "mm"), "mean surface error");
+  html += card(withUnit(cellText(valueAt(report, {"surface", "completeness_2cm"}), 100, 1), "%"),
+               "surface seen, within 2 cm");
+  html += card(withUnit(cellText(valueAt(report, {"wall_s"}), 1, 1), "s"), "wall time");
   return html + "</div>\n";
 }
 
 std::string contradictions(const json& report) {
   constexpr size_t kShown = 8;
-  const json* fit = find(report, {"truth_fit"});
+  const json* fit = valueAt(report, {"truth_fit"});
   if (fit == nullptr || !fit->is_object()) return "";
-  const std::string steps = cell(find(*fit, {"steps"}));
+  const std::string steps = cellText(valueAt(*fit, {"steps"}));
   if (steps.empty() || steps == "0") return "";
   std::vector<json> rows = arrayRows(*fit, "contradicted");
   rows.resize(std::min(rows.size(), kShown));
   return "<p class=\"sub\">Of " + steps +
          " steps from one keyframe to the next the depth pictures fit the estimate far " + "better than the truth at " +
-         cell(find(*fit, {"estimate_fits_better"})) + ", the truth far better at " +
-         cell(find(*fit, {"truth_fits_better"})) + ".</p>\n" +
-         table({{"from keyframe", {"from"}},
-                {"at, s", {"from_s"}, 1, 2},
-                {"to, s", {"to_s"}, 1, 2},
-                {"sigma at the truth", {"truth_sigma"}, 1, 1},
-                {"at the estimate", {"estimate_sigma"}, 1, 1},
-                {"apart, mm", {"apart_m"}, 1000, 0},
-                {"apart, degrees", {"apart_deg"}, 1, 1}},
-               rows);
+         cellText(valueAt(*fit, {"estimate_fits_better"})) + ", the truth far better at " +
+         cellText(valueAt(*fit, {"truth_fits_better"})) + ".</p>\n" +
+         htmlTable({{"from keyframe", {"from"}},
+                    {"at, s", {"from_s"}, 1, 2},
+                    {"to, s", {"to_s"}, 1, 2},
+                    {"sigma at the truth", {"truth_sigma"}, 1, 1},
+                    {"at the estimate", {"estimate_sigma"}, 1, 1},
+                    {"apart, mm", {"apart_m"}, 1000, 0},
+                    {"apart, degrees", {"apart_deg"}, 1, 1}},
+                   rows);
 }
 
 std::string verdicts(const json& report) {
@@ -86,9 +89,9 @@ std::string verdicts(const json& report) {
     bool good;
   };
   std::vector<Row> rows;
-  const json* accepted = find(report, {"verdicts", "accepted"});
+  const json* accepted = valueAt(report, {"verdicts", "accepted"});
   if (accepted != nullptr && accepted->is_number()) rows.push_back({"accepted", accepted->get<double>(), true});
-  const json* refused = find(report, {"verdicts", "refused"});
+  const json* refused = valueAt(report, {"verdicts", "refused"});
   if (refused != nullptr && refused->is_object()) {
     for (const auto& [reason, count] : refused->items()) {
       if (count.is_number()) rows.push_back({"refused: " + reason, count.get<double>(), false});
@@ -113,34 +116,35 @@ std::string timings(const json& report) {
   const auto add = [&](const std::string& name, const json* values) {
     if (values != nullptr && values->is_object()) rows.push_back({{"name", name}, {"ms", *values}});
   };
-  add("core: one keyframe", find(report, {"core", "keyframe_ms"}));
+  add("core: one keyframe", valueAt(report, {"core", "keyframe_ms"}));
   for (const json& robot : robotRows(report)) {
-    add(robot["name"].get<std::string>() + ": odometry, one frame", find(robot, {"odometry_ms"}));
+    add(robot["name"].get<std::string>() + ": odometry, one frame", valueAt(robot, {"odometry_ms"}));
   }
-  if (const json* stages = find(report, {"core", "stages_ms"}); stages != nullptr && stages->is_object()) {
+  if (const json* stages = valueAt(report, {"core", "stages_ms"}); stages != nullptr && stages->is_object()) {
     for (const auto& [stage, values] : stages->items()) add("core: " + stage, &values);
   }
-  return table({{"stage", {"name"}}, {"median ms", {"ms", "median"}, 1, 2}, {"95 % ms", {"ms", "p95"}, 1, 2}}, rows);
+  return htmlTable({{"stage", {"name"}}, {"median ms", {"ms", "median"}, 1, 2}, {"95 % ms", {"ms", "p95"}, 1, 2}},
+                   rows);
 }
 
 std::string parameters(const json& report) {
   std::vector<json> rows;
   const auto add = [&](const std::string& name, const json* value) {
-    const std::string text = cell(value);
+    const std::string text = cellText(value);
     if (!text.empty()) rows.push_back({{"name", name}, {"value", *value}});
   };
-  add("version", find(report, {"version"}));
-  add("device that was used", find(report, {"core", "device"}));
-  add("peak memory of the core, MB", find(report, {"core", "peak_rss_mb"}));
-  add("hash of all parameters", find(report, {"parameters_hash"}));
-  if (const json* all = find(report, {"parameters"}); all != nullptr && all->is_object()) {
+  add("version", valueAt(report, {"version"}));
+  add("device that was used", valueAt(report, {"core", "device"}));
+  add("peak memory of the core, MB", valueAt(report, {"core", "peak_rss_mb"}));
+  add("hash of all parameters", valueAt(report, {"parameters_hash"}));
+  if (const json* all = valueAt(report, {"parameters"}); all != nullptr && all->is_object()) {
     for (const auto& [name, value] : all->items()) {
       add(name, &value);
       if (!value.is_object()) continue;
       for (const auto& [inner, inner_value] : value.items()) add(name + "." + inner, &inner_value);
     }
   }
-  return table({{"name", {"name"}}, {"value", {"value"}}}, rows);
+  return htmlTable({{"name", {"name"}}, {"value", {"value"}}}, rows);
 }
 
 std::string rawReport(const json& report) {

@@ -13,16 +13,16 @@ namespace {
 
 std::string columnText(const json& row, const Column& column) {
   const json* at = &row;
-  for (const std::string& key : column.path) at = at == nullptr ? nullptr : find(*at, {key.c_str()});
+  for (const std::string& key : column.path) at = at == nullptr ? nullptr : valueAt(*at, {key.c_str()});
   if (column.count && at != nullptr && at->is_array()) return std::to_string(at->size());
-  return cell(at, column.scale, column.decimals);
+  return cellText(at, column.scale, column.decimals);
 }
 
 bool looksNumeric(const std::string& text) { return text.find_first_not_of("0123456789.-+e") == std::string::npos; }
 
 }  // namespace
 
-const json* find(const json& from, std::initializer_list<const char*> path) {
+const json* valueAt(const json& from, std::initializer_list<const char*> path) {
   const json* at = &from;
   for (const char* key : path) {
     if (!at->is_object()) return nullptr;
@@ -33,7 +33,7 @@ const json* find(const json& from, std::initializer_list<const char*> path) {
   return at;
 }
 
-std::string cell(const json* value, double scale, int decimals) {
+std::string cellText(const json* value, double scale, int decimals) {
   if (value == nullptr || value->is_null()) return "";
   if (value->is_string()) return htmlEscape(value->get<std::string>());
   if (value->is_boolean()) return value->get<bool>() ? "yes" : "no";
@@ -43,13 +43,13 @@ std::string cell(const json* value, double scale, int decimals) {
   if (value->is_number()) return value->dump();
   if (value->is_array()) {
     std::string text;
-    for (const json& item : *value) text += (text.empty() ? "" : ", ") + cell(&item);
+    for (const json& item : *value) text += (text.empty() ? "" : ", ") + cellText(&item);
     return text;
   }
   return "";
 }
 
-std::string table(const std::vector<Column>& columns, const std::vector<json>& rows) {
+std::string htmlTable(const std::vector<Column>& columns, const std::vector<json>& rows) {
   if (rows.empty()) return "";
   std::vector<std::vector<std::string>> texts;
   std::vector<bool> used(columns.size(), false), numeric(columns.size(), true);
@@ -79,7 +79,7 @@ std::string table(const std::vector<Column>& columns, const std::vector<json>& r
 
 std::vector<json> robotRows(const json& report) {
   std::vector<json> rows;
-  const json* robots = find(report, {"robots"});
+  const json* robots = valueAt(report, {"robots"});
   if (robots == nullptr || !robots->is_object()) return rows;
   for (const auto& [name, values] : robots->items()) {
     if (!values.is_object()) continue;
@@ -91,7 +91,7 @@ std::vector<json> robotRows(const json& report) {
 }
 
 std::vector<json> arrayRows(const json& report, const char* key) {
-  const json* list = find(report, {key});
+  const json* list = valueAt(report, {key});
   if (list == nullptr || !list->is_array()) return {};
   return {list->begin(), list->end()};
 }

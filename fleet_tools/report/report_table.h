@@ -9,10 +9,10 @@
 namespace comap {
 
 /// What lies at the end of this path of keys; none if it is not there or null.
-const nlohmann::json* find(const nlohmann::json& from, std::initializer_list<const char*> path);
+const nlohmann::json* valueAt(const nlohmann::json& from, std::initializer_list<const char*> path);
 
 /// Escaped text of a value; numbers scaled and with so many decimals. Empty for null and for what has no one-line form.
-std::string cell(const nlohmann::json* value, double scale = 1, int decimals = -1);
+std::string cellText(const nlohmann::json* value, double scale = 1, int decimals = -1);
 
 struct Column {
   std::string title;
@@ -23,7 +23,7 @@ struct Column {
 };
 
 /// Columns that no row has are left out; empty if none is left.
-std::string table(const std::vector<Column>& columns, const std::vector<nlohmann::json>& rows);
+std::string htmlTable(const std::vector<Column>& columns, const std::vector<nlohmann::json>& rows);
 
 /// The robots of a report as rows that know their own name.
 std::vector<nlohmann::json> robotRows(const nlohmann::json& report);
