@@ -1,4 +1,4 @@
-// Edges, verdicts and merges.
+// Edges.
 #include <algorithm>
 #include <numeric>
 
@@ -68,24 +68,6 @@ Result<std::array<size_t, kEdgeKinds>> countKinds(Database& database, const char
     if (!kind) return kind.error();
     counts[static_cast<size_t>(*kind)] = static_cast<size_t>(query->integer());
   }
-}
-
-// Statements of a merge's lists: ?1 the merge, ?2 the position.
-Result<void> addMergeLists(Database& database, const MergeRecord& merge) {
-  int64_t position = 0;
-  for (const std::string& robot : merge.robots) {
-    Result<Query> query = database.query("INSERT INTO merge_robots (merge, position, robot) VALUES (?, ?, ?)");
-    if (!query) return query.error();
-    if (Result<void> ran = query->bind(int64_t{merge.number}).bind(position++).bind(robot).run(); !ran) return ran;
-  }
-  position = 0;
-  for (const KeyframeId& voter : merge.voters) {
-    Result<Query> query =
-        database.query("INSERT INTO merge_voters (merge, position, robot, session, sequence) VALUES (?, ?, ?, ?, ?)");
-    if (!query) return query.error();
-    if (Result<void> ran = query->bind(int64_t{merge.number}).bind(position++).bind(voter).run(); !ran) return ran;
-  }
-  return {};
 }
 
 }  // namespace
@@ -213,128 +195,6 @@ Result<std::vector<Edge>> MapStore::restoreEdges(uint32_t merge) {
   query->bind(int64_t{merge});
   if (Result<void> ran = query->run(); !ran) return ran.error();
   return closures;
-}
-
-Result<void> MapStore::addVerdict(const MatchVerdict& v) {
-  Result<Query> query =
-      state_->database.query("INSERT INTO verdicts (" COMAP_JUDGEMENT_COLUMNS ", " COMAP_SCORE_COLUMNS
-                             ", numbers) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
-  if (!query) return query.error();
-  query->bind(v.query).bind(v.candidate).bind(int64_t{v.accepted}).bind(v.reason);
-  for (const double value : {v.fern_dissimilarity, v.inlier_ratio, v.rms_sigma, v.degeneracy, v.photometric_median,
-                             v.seen_through, v.unlike, v.features, v.round_trip_m, v.round_trip_rad}) {
-    query->bind(value);
-  }
-  const std::vector<uint8_t> numbers = packNumbers(v.T_candidate_query, v.information);
-  return query->bind(numbers).run();
-}
-
-Result<void> MapStore::eachVerdict(const VerdictFilter& filter,
-                                   const std::function<void(MatchVerdict&& verdict)>& take) const {
-  // Between ?1 and ?2 lies `accepted`; of one reason, SQLite then finds the rows by the index.
-#define COMAP_FROM_VERDICTS                                      \
-  " FROM verdicts WHERE accepted BETWEEN ?1 AND ?2 AND ?3 = '' " \
-  "AND (?4 = '' OR query_robot = ?4 OR candidate_robot = ?4) ORDER BY number"
-#define COMAP_FROM_VERDICTS_OF_REASON                                                       \
-  " FROM verdicts WHERE accepted BETWEEN ?1 AND ?2 AND accepted IN (0, 1) AND reason = ?3 " \
-  "AND (?4 = '' OR query_robot = ?4 OR candidate_robot = ?4) ORDER BY number"
-  Result<Query> query =
-      state_->database.query(filter.reason.empty() ? "SELECT " COMAP_VERDICT_COLUMNS COMAP_FROM_VERDICTS
-                                                   : "SELECT " COMAP_VERDICT_COLUMNS COMAP_FROM_VERDICTS_OF_REASON);
-  if (!query) return query.error();
-  const int64_t first = filter.accepted.value_or(false) ? 1 : 0, last = filter.accepted.value_or(true) ? 1 : 0;
-  query->bind(first).bind(last).bind(filter.reason).bind(filter.robot);
-  for (;;) {
-    const Result<bool> row = query->step();
-    if (!row) return row.error();
-    if (!*row) return {};
-    MatchVerdict verdict = verdictOf(*query);
-    if (auto values = query->values(); !values) return values;
-    take(std::move(verdict));
-  }
-}
-
-Result<std::vector<MatchVerdict>> MapStore::verdicts(const VerdictFilter& filter) const {
-  std::vector<MatchVerdict> result;
-  const auto all = eachVerdict(filter, [&](MatchVerdict&& verdict) { result.push_back(std::move(verdict)); });
-  if (!all) return all.error();
-  return result;
-}
-
-Result<std::map<std::string, size_t>> MapStore::verdictCounts(const std::string& robot) const {
-  Result<Query> query = state_->database.query(
-      robot.empty() ? "SELECT reason, count(*) FROM verdicts WHERE ?1 = '' GROUP BY accepted, reason"
-                    : "SELECT reason, count(*) FROM verdicts WHERE query_robot = ?1 OR candidate_robot = ?1 "
-                      "GROUP BY accepted, reason");
-  if (!query) return query.error();
-  query->bind(robot);
-  std::map<std::string, size_t> result;
-  for (;;) {
-    const Result<bool> row = query->step();
-    if (!row) return row.error();
-    if (!*row) return result;
-    const std::string reason = query->text();
-    result[reason] += static_cast<size_t>(query->integer());
-  }
-}
-
-Result<void> MapStore::addMerge(const MergeRecord& merge) {
-  Database& database = state_->database;
-  Result<Transaction> transaction = Transaction::begin(database);
-  if (!transaction) return transaction.error();
-  // Written again after a restart: the record takes the place of the one with its number.
-  Result<Query> remove = database.query("DELETE FROM merges WHERE number = ?");
-  if (!remove) return remove.error();
-  if (Result<void> ran = remove->bind(int64_t{merge.number}).run(); !ran) return ran;
-  Result<Query> query =
-      database.query("INSERT INTO merges (number, kept, absorbed, " COMAP_POSE_COLUMNS
-                     ", keyframes_ingested, undone, undone_by) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
-  if (!query) return query.error();
-  query->bind(int64_t{merge.number}).bind(merge.kept).bind(merge.absorbed).bind(merge.T_kept_absorbed);
-  query->bind(int64_t{merge.keyframes_ingested})
-      .bind(merge.undone)
-      .bind(int64_t{merge.undone.empty() ? 0 : merge.number});
-  if (Result<void> ran = query->run(); !ran) return ran;
-  if (Result<void> added = addMergeLists(database, merge); !added) return added;
-  return transaction->commit();
-}
-
-Result<std::vector<MergeRecord>> MapStore::merges() const {
-  Result<Query> query = state_->database.query("SELECT " COMAP_MERGE_COLUMNS " FROM merges ORDER BY number");
-  if (!query) return query.error();
-  std::vector<MergeRecord> result;
-  for (;;) {
-    const Result<bool> row = query->step();
-    if (!row) return row.error();
-    if (!*row) return result;
-    MergeRecord merge = mergeOf(*query);
-    if (auto values = query->values(); !values) return values.error();
-    if (Result<void> lists = readMergeLists(state_->database, merge); !lists) return lists.error();
-    result.push_back(std::move(merge));
-  }
-}
-
-Result<void> MapStore::undoMerge(uint32_t merge, const std::string& reason, uint32_t undone_by) {
-  Database& database = state_->database;
-  Result<Query> query = database.query("UPDATE merges SET undone = ?2, undone_by = ?3 WHERE number = ?1");
-  if (!query) return query.error();
-  query->bind(int64_t{merge}).bind(reason).bind(int64_t{reason.empty() ? 0 : undone_by});
-  if (Result<void> ran = query->run(); !ran) return ran;
-  if (database.changes() > 0) return {};
-  return Error{ErrorCode::kWrongUse, database.path() + ": holds no merge " + std::to_string(merge)};
-}
-
-Result<std::vector<uint32_t>> MapStore::mergesUndoneBy(uint32_t merge) const {
-  Result<Query> query = state_->database.query("SELECT number FROM merges WHERE undone_by = ? ORDER BY number");
-  if (!query) return query.error();
-  query->bind(int64_t{merge});
-  std::vector<uint32_t> result;
-  for (;;) {
-    const Result<bool> row = query->step();
-    if (!row) return row.error();
-    if (!*row) return result;
-    result.push_back(query->unsigned32());
-  }
 }
 
 }  // namespace comap
