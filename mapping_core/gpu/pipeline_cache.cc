@@ -91,7 +91,11 @@ std::vector<char> readCache(const Context& context) {
   std::error_code problem;
   const fs::path path = pathOf(context);
   const auto size = fs::file_size(path, problem);
-  if (problem) return {};
+  if (problem) {
+    if (problem != std::errc::no_such_file_or_directory)
+      spdlog::info("{} cannot be read ({}): kernels are compiled anew", path.string(), problem.message());
+    return {};
+  }
   Result<std::vector<char>> data =
       Error{ErrorCode::kBadData, "is larger than " + std::to_string(kMostBytes >> 20) + " MiB, which no cache is"};
   if (size <= kMostBytes) {
