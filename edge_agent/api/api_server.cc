@@ -46,6 +46,8 @@ ApiServer::~ApiServer() {
   ::eventfd_write(bell_, 1);
   thread_.join();
   ::close(bell_);
+  // Its name goes before the connections do: where it is still there, the agent did not come to its end.
+  const ApiSocket gone(std::move(socket_));
 }
 
 void ApiServer::publish(ApiState state) {

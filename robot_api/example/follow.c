@@ -1,10 +1,12 @@
 /* Prints each pose of the robot as it comes: follow SOCKET [COUNT]. Ends after COUNT poses, or when the agent does.
+ * If the agent was killed, which leaves its socket behind, or does not answer, that is told, and the exit code is 3.
  * A line: sequence, stamp in ns, tracking, state in the map, name of the map (- if none), then T_map_cam_exact and
  * T_odom_cam, each as x y z qx qy qz qw. */
 #include <comap_robot.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 static void print_transform(const comap_robot_transform *t) {
   printf(" %.17g %.17g %.17g %.17g %.17g %.17g %.17g", t->x, t->y, t->z, t->qx, t->qy, t->qz, t->qw);
@@ -38,7 +40,10 @@ int main(int argc, char **argv) {
     fflush(stdout); /* as they come, into a pipe too */
     ++i;
   }
+  const int ended = result == COMAP_ROBOT_UNREACHABLE && access(argv[1], F_OK) != 0;
   if (result < COMAP_ROBOT_OK) fprintf(stderr, "follow: %s\n", comap_robot_error(robot));
+  if (result == COMAP_ROBOT_UNREACHABLE && !ended)
+    fprintf(stderr, "follow: its socket is still there: it was killed, hangs, or has been started again\n");
   comap_robot_free(robot);
-  return result == COMAP_ROBOT_OK || result == COMAP_ROBOT_NOTHING || result == COMAP_ROBOT_UNREACHABLE ? 0 : 3;
+  return result == COMAP_ROBOT_OK || result == COMAP_ROBOT_NOTHING || ended ? 0 : 3;
 }

@@ -95,6 +95,23 @@ Pose poseOf(const Json& frame) {
 
 using RobotApi = FlatTest;
 
+TEST_F(RobotApi, AProgramThatFollowsSaysThatItsAgentWasKilled) {
+  const std::string api = folder_.path("api.sock"), log = folder_.path("followed.txt");
+  Background agent("edge_agent",
+                   {"--domain", "97", "--core-site", "none-" + std::to_string(getpid()), "--robot", "robot-1",
+                    "--source", "tum:" + flat_ + "/a", "--outbox", "memory", "--realtime", "--api-socket", api},
+                   folder_.path("a.log"));
+  for (int i = 0; i < 300 && access(api.c_str(), R_OK | W_OK) != 0; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  Background follow("../tests/comap_robot_follow", {api}, log);
+  for (int i = 0; i < 300 && readFollowed(log).empty(); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  ASSERT_FALSE(readFollowed(log).empty()) << contentOf(log) << contentOf(folder_.path("a.log"));
+  agent.end(SIGKILL);
+  EXPECT_EQ(follow.wait(), 3) << contentOf(log);
+  EXPECT_NE(contentOf(log).find("it was killed"), std::string::npos) << contentOf(log);
+}
+
 TEST_F(RobotApi, ProgramsReadPosesAndSurfelsThatAgreeWithTheAgents) {
   const std::string site = "api-" + std::to_string(getpid()), api = folder_.path("api.sock");
   Background core("mapping_core", {"--domain", "97", "--core-site", site, "--store", folder_.path("m.comap")},
