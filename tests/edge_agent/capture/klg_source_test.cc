@@ -126,6 +126,15 @@ TEST_F(KlgSourceTest, ALogThatWasCutOffEndsWithItsLastWholeFrame) {
   const std::string whole = logOf(scene(3), {});
   auto source = open(whole.substr(0, whole.size() - 10));
   EXPECT_EQ(source->size(), 2u);
+  EXPECT_NE(source->description().find("cut off: it says it has 3"), std::string::npos) << source->description();
+  for (size_t i = 0; i < 2; ++i) {
+    const auto frame = source->next();
+    ASSERT_TRUE(frame && *frame) << frame.error().text;
+    EXPECT_EQ((*frame)->depth, scene(3)[i].depth);
+  }
+  const auto end = source->next();
+  ASSERT_TRUE(end);
+  EXPECT_FALSE(*end);
 }
 
 TEST_F(KlgSourceTest, RefusesWhatIsNoLog) {
