@@ -11,6 +11,7 @@
 
 #include "mapping_core/ferns/place_index.h"
 #include "mapping_core/graph/graph_solver.h"
+#include "tests/benchmarks/command_line.h"
 #include "tests/scenes/building_graph.h"
 
 namespace comap {
@@ -229,7 +230,7 @@ int main(int argc, char** argv) {
   app.add_flag("--skip-ferns", arguments.skip_ferns, "Only the graph");
   app.add_flag("--skip-graph", arguments.skip_graph, "Only the ferns");
   app.add_flag("--grow", arguments.grow, "Add every keyframe one by one, not only the last");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = comap::endOfParsing(app, argc, argv)) return *code;
   if (comap::run(arguments)) return 0;
   std::fprintf(stderr, "graph_benchmark: a graph was not solved\n");
   return 1;

@@ -16,6 +16,7 @@
 
 #include "mapping_core/store/map_store.h"
 #include "protocol/codec/keyframe_codec.h"
+#include "tests/benchmarks/command_line.h"
 #include "tests/scenes/building_graph.h"
 
 namespace comap {
@@ -179,7 +180,7 @@ int main(int argc, char** argv) {
   app.add_option("--tiles", arguments.tiles)->capture_default_str()->check(CLI::Range(0, 1000000));
   app.add_option("--out", arguments.out, "Store to make; one that is there is used as it is")->capture_default_str();
   app.add_option("--verbs", arguments.verbs, "What to time")->delimiter(',')->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = comap::endOfParsing(app, argc, argv)) return *code;
   if (!std::filesystem::exists(arguments.out))
     if (auto filled = fill(arguments); !filled) {
       std::fprintf(stderr, "store_benchmark: %s\n", filled.error().text.c_str());

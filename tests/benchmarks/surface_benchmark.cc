@@ -9,6 +9,7 @@
 #include "fleet_tools/evaluate/metrics_trajectory.h"
 #include "fleet_tools/evaluate/surface_seen.h"
 #include "mapping_core/surfels/surfel_map.h"
+#include "tests/benchmarks/command_line.h"
 
 namespace comap {
 namespace {
@@ -54,6 +55,12 @@ Result<std::vector<View>> load(const Options& options) {
 }
 
 int run(const Options& options) {
+  PlyPoints truth;
+  if (!options.surface.empty()) {
+    auto read = readPly(options.surface);
+    if (!read) return fail(read.error());
+    truth = std::move(*read);
+  }
   const auto views = load(options);
   if (!views) return fail(views.error());
   gpu::DeviceOptions device_options;
@@ -90,11 +97,9 @@ int run(const Options& options) {
   std::printf("sure         %zu of %zu surfels\n", points.positions.size(), surfels->size());
   std::printf("double walls %.2f %%\n", 100 * findDoubles(points, threads).share());
   if (options.surface.empty() || points.positions.empty()) return 0;
-  const auto truth = readPly(options.surface);
-  if (!truth) return fail(truth.error());
-  SurfaceSeen seen(truth->positions);
+  SurfaceSeen seen(truth.positions);
   for (const View& view : *views) seen.add(view.frame.camera, view.frame.depth, view.T_world_cam, threads);
-  const auto score = scoreSurface(points, Pose(), *truth, threads, seen.seen());
+  const auto score = scoreSurface(points, Pose(), truth, threads, seen.seen());
   std::printf("accuracy     %.4f m mean, %.4f median, %.4f at 90 %%\n", score.accuracy_mean_m, score.accuracy_median_m,
               score.accuracy_p90_m);
   std::printf("complete     %.1f %% within 2 cm, %.1f %% of what was seen (%.1f %% of the truth); by discs %.1f %%\n",
@@ -118,9 +123,11 @@ int main(int argc, char** argv) {
   app.add_option("--rounds", options.rounds, "Fuse all so many times over")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app.add_option("--sure", options.sure, "Confidence from which surfels count")->capture_default_str();
+  app.add_option("--sure", options.sure, "Confidence from which surfels count")
+      ->check(comap::finiteFromZero())
+      ->capture_default_str();
   app.add_option("--ply", options.ply, "Write the sure surfels here");
   app.add_option("--device", options.device, "auto, llvmpipe or an index")->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = comap::endOfParsing(app, argc, argv)) return *code;
   return comap::run(options);
 }

@@ -10,6 +10,7 @@
 #include <memory>
 #include <thread>
 
+#include "tests/benchmarks/command_line.h"
 #include "tests/benchmarks/freshness/freshness.h"
 #include "tests/benchmarks/quantile.h"
 #include "tests/end_to_end/background.h"
@@ -56,6 +57,10 @@ bool play(const Arguments& arguments, const std::vector<std::string>& names) {
 }
 
 void tell(const char* what, const std::vector<double>& values_s) {
+  if (values_s.empty()) {
+    fmt::print("{}: never\n", what);
+    return;
+  }
   fmt::print("{}: median {:.3f} s, p95 {:.3f} s, worst {:.3f} s of {}\n", what, quantileOf(values_s, 0.5),
              quantileOf(values_s, 0.95), quantileOf(values_s, 1), values_s.size());
 }
@@ -105,6 +110,11 @@ int run(const Arguments& arguments) {
         ending.rest_s);
     good = good && down.worst_second <= budget;
   }
+  if (fresh.latency_s.empty())
+    fmt::print(stderr,
+               "freshness_benchmark: nothing that one robot saw came to another: the maps share nothing, or became one "
+               "too late; their keyframes and matches are in {}/map.comap\n",
+               arguments.out);
   return good ? 0 : 1;
 }
 
@@ -120,6 +130,6 @@ int main(int argc, char** argv) {
   app.add_option("--out", arguments.out, "Empty folder for traces and logs")->required();
   app.add_option("--budget", arguments.budget_kB_per_s, "Downlink of each robot, kB/s")->check(CLI::Range(1, 1000000));
   app.add_option("--domain", arguments.domain, "DDS domain")->check(CLI::Range(0, 230));
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = comap::endOfParsing(app, argc, argv)) return *code;
   return comap::run(arguments);
 }
