@@ -251,6 +251,7 @@ Result<void> Agent::exchange(std::chrono::milliseconds timeout) {
   }
   noteWaiting(waiting);
   sender_.tellLosses(std::chrono::steady_clock::now());
+  sender_.tryDisk(std::chrono::steady_clock::now());
   if (welcome_) sender_.sendDue(std::chrono::steady_clock::now());
   return {};
 }

@@ -84,6 +84,9 @@ class Agent {
   bool allMapped() const { return mapped_below_ >= statistics_.keyframes; }
   uint32_t unacknowledged() const { return static_cast<uint32_t>(sender_.waitingInAll()); }
   uint32_t onlyInMemory() const { return static_cast<uint32_t>(sender_.waitingInMemory()); }  ///< the disk failed
+  /// The core holds them, but the disk does not take even that.
+  uint32_t deliveredButThere() const { return static_cast<uint32_t>(sender_.deliveredButThere()); }
+  void saveToDisk() { sender_.saveToDisk(); }  ///< what is in memory only; call it at the end
   const SenderLosses& losses() const { return sender_.losses(); }
   const RefusedKeyframes& refusedKeyframes() const { return sender_.refused(); }  ///< counted as unacknowledged too
   uint64_t waitingBytes() const { return sender_.waitingBytes(); }

@@ -27,7 +27,8 @@ Result<void> awaitCore(const Link& link, const AgentConfig& config, const RunOpt
   return {};
 }
 
-Error silentCore(const Agent& agent, const RunOptions& options) {
+Error silentCore(Agent& agent, const RunOptions& options) {
+  agent.saveToDisk();
   const RefusedKeyframes& refused = agent.refusedKeyframes();
   if (refused.size() > 0)
     return {ErrorCode::kProblem, "the core refuses " + counted(refused.size(), "keyframe") + ": " + refused.reason() +
@@ -124,15 +125,26 @@ std::string whatWaits(const Agent& agent, const std::string& outbox) {
   if (lost > 0)
     text += ", except " + std::to_string(lost) +
             " that could not be written there: " + wordFor(lost, "it is lost", "they are lost");
-  return text;
+  const std::string stays = whatStays(agent, outbox);
+  return text + (stays.empty() ? "" : "; ") + stays;
+}
+
+std::string whatStays(const Agent& agent, const std::string& outbox) {
+  const size_t there = agent.deliveredButThere();
+  if (there == 0) return "";
+  return counted(there, "keyframe") + " that the core holds could not be taken out of " + outbox +
+         ": the next start, which needs room there, sends " + wordFor(there, "it", "them") +
+         " once more, and the core takes no notice";
 }
 
 Result<void> runAgent(Agent& agent, const Link& link, const AgentConfig& config, const RunOptions& options) {
   if (auto greeted = agent.hello(); !greeted) return greeted;
   if (!options.realtime && !options.live && !options.offline)
     if (auto found = awaitCore(link, config, options); !found) return explained(found, link);
-  if (auto driven = drive(agent, options); !driven) return explained(driven, link);
-  return options.offline ? Result<void>() : explained(settle(agent, options), link);
+  auto done = drive(agent, options);
+  if (done && !options.offline) done = settle(agent, options);
+  agent.saveToDisk();
+  return explained(std::move(done), link);
 }
 
 }  // namespace comap

@@ -29,5 +29,7 @@ Result<void> runAgent(Agent& agent, const Link& link, const AgentConfig& config,
 
 /// How many keyframes are not acknowledged and what becomes of them.
 std::string whatWaits(const Agent& agent, const std::string& outbox);
+/// Of those that the core holds, but which the outbox's disk did not let go of; empty if there are none.
+std::string whatStays(const Agent& agent, const std::string& outbox);
 
 }  // namespace comap

@@ -229,7 +229,10 @@ int run(const Arguments& arguments, const Log& early) {
   const bool stopped = g_stop != 0;
   if (!arguments.deliver && !live && !stopped && agent.statistics().keyframes == 0)
     return failWith(nothingUsed(*config, agent.statistics()));
-  if (agent.allAcknowledged()) return 0;
+  if (agent.allAcknowledged()) {
+    if (const std::string stays = whatStays(agent, outbox_path); !stays.empty()) log(config->robot + ": " + stays);
+    return 0;
+  }
   if (outbox_path.empty() || agent.onlyInMemory() > 0)
     return failWith({ErrorCode::kProblem, "stopped: " + whatWaits(agent, outbox_path)});
   log(config->robot + ": " + whatWaits(agent, outbox_path));

@@ -51,7 +51,8 @@ void StoredTiles::leave(const Error& problem) {
   revisions_.clear();
   waiting_.clear();
   if (problem.code != ErrorCode::kBadData) {
-    log_("tiles are kept on disk no longer: " + problem.text);
+    removeTileStore(path);  // keyframes, which come from nowhere else, need the room more
+    log_("tiles are kept on disk no longer, those that were are deleted: " + problem.text);
     return;
   }
   log_("tiles on disk are dropped: " + problem.text);

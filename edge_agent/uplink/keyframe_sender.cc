@@ -1,6 +1,7 @@
 #include "edge_agent/uplink/keyframe_sender.h"
 
 #include <algorithm>
+#include <set>
 
 #include "edge_agent/uplink/make_room.h"
 
@@ -9,6 +10,7 @@ namespace {
 
 constexpr uint64_t kSpareBytes = 64'000'000;
 constexpr std::chrono::milliseconds kRetryAfter{100};
+constexpr std::chrono::seconds kDiskAgain{5};
 constexpr size_t kRefusedTold = 2;  // a status has to fit one datagram
 
 }  // namespace
@@ -84,8 +86,7 @@ Result<void> KeyframeSender::store(const OutboxRow& row, std::span<const uint8_t
       added = outbox_.add(row, encoded);
     }
     if (added) {
-      if (failing_) log_("outbox " + outbox_.path() + " can be written again");
-      failing_ = false;
+      diskTakes();
       return {};
     }
     if (added.error().code == ErrorCode::kWrongUse) return added;
@@ -105,11 +106,13 @@ void KeyframeSender::failed(const Error& error) {
     auto nowhere = Outbox::inMemory();
     if (!nowhere) return;
     const size_t before = outbox_.size();
+    const std::set<OutboxKey> delivered = outbox_.deliveredButThere();
     outbox_ = std::move(*nowhere);  // lets go of the damaged file
     auto rescued = rescueOutbox(path);
     log_(rescued ? rescued->told : "outbox: " + rescued.error().text);
     if (!rescued) return;
     outbox_ = std::move(rescued->outbox);
+    if (auto known = outbox_.knowDelivered(delivered); !known) log_("outbox: " + known.error().text);
     losses_.dropped += static_cast<uint32_t>(before - std::min(before, outbox_.size()));
     for (const OutboxRow& row : rescued->lost)
       if (row.key.session == session_) dropped_[row.key.sequence] = row.link;
@@ -118,13 +121,52 @@ void KeyframeSender::failed(const Error& error) {
   }
   if (!failing_)
     log_("outbox cannot be written: " + error.text +
-         "; new keyframes are kept in memory, 64 MB of them, and are lost if this agent ends: make room, or name "
-         "another outbox.directory");
+         "; what it holds is sent all the same; new keyframes are kept in memory, 64 MB of them, until it can, and are "
+         "lost if this agent ends before: make room, or name another outbox.directory");
   failing_ = true;
+}
+
+void KeyframeSender::diskTakes() {
+  if (failing_) log_("outbox " + outbox_.path() + " can be written again");
+  failing_ = false;
+}
+
+Result<void> KeyframeSender::moveOldestToDisk() {
+  const auto row = spare_->firstFrom(session_, 0);
+  if (!row) return row.error();
+  if (!*row) return {};
+  const auto encoded = spare_->encoded((*row)->key);
+  if (!encoded) return encoded.error();
+  if (auto added = outbox_.add(**row, *encoded); !added) return added;
+  return spare_->remove((*row)->key);
+}
+
+void KeyframeSender::takeOutDelivered() {
+  if (const auto taken = outbox_.takeOutDelivered(); !taken) failed(taken.error());
+}
+
+void KeyframeSender::tryDisk(std::chrono::steady_clock::time_point now) {
+  if (!failing_ || now < disk_) return;
+  takeOutDelivered();
+  disk_ = now + kDiskAgain;
+  if (waitingInMemory() == 0) return;
+  const auto moved = moveOldestToDisk();
+  if (!moved) return failed(moved.error());
+  disk_ = now;
+  if (waitingInMemory() == 0) diskTakes();
+}
+
+void KeyframeSender::saveToDisk() {
+  takeOutDelivered();
+  if (waitingInMemory() == 0) return;
+  while (waitingInMemory() > 0)
+    if (auto moved = moveOldestToDisk(); !moved) return failed(moved.error());
+  diskTakes();
 }
 
 void KeyframeSender::keepWithinQuota() {
   Outbox& box = spare_ ? *spare_ : outbox_;
+  if (!box.deliveredButThere().empty()) return;  // the disk takes nothing
   const uint64_t quota = spare_ ? std::min(kSpareBytes, options_.outbox_quota_bytes) : options_.outbox_quota_bytes;
   if (box.bytes() <= quota) return;
   auto made = makeRoom(box, quota, options_.thin_jpeg_quality, cursor_);
@@ -238,6 +280,8 @@ void KeyframeSender::acknowledge(const Acknowledgement& acknowledgement, std::ch
       failed(held.error());
     }
   }
+  if (spare_) (void)bool(spare_->takeOutDelivered());  // memory takes it
+  takeOutDelivered();
 }
 
 size_t KeyframeSender::sizeOf(uint64_t session) const {

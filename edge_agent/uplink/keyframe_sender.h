@@ -46,10 +46,17 @@ class KeyframeSender {
   void acknowledge(const Acknowledgement& acknowledgement, std::chrono::steady_clock::time_point now);
   /// Tells the log what was given up and not yet told (LossLog). Call it now and then.
   void tellLosses(std::chrono::steady_clock::time_point now) { loss_log_.note(losses_, waitingBytes(), now); }
+  /// After the disk took nothing: whether it does again, every few seconds. What was acknowledged is then taken out of
+  /// the outbox, and what is in memory goes into it, the oldest first and one at each call. Call it now and then.
+  void tryDisk(std::chrono::steady_clock::time_point now);
+  /// All of that at once: nothing comes after this. What the disk does not take stays in memory.
+  void saveToDisk();
 
   size_t waiting() const { return sizeOf(session_); }  ///< of this session
   size_t waitingInAll() const;
   size_t waitingInMemory() const { return spare_ ? spare_->size() : 0; }  ///< because the outbox's disk failed
+  /// The core holds them, but the outbox's disk does not even take that: another start sends them once more.
+  size_t deliveredButThere() const { return outbox_.deliveredButThere().size(); }
   uint64_t waitingBytes() const;
   uint64_t bytesSent() const { return bytes_sent_; }  ///< repeats included
   /// What the link delivers, as far as keyframes have shown it. 0: not known.
@@ -63,6 +70,9 @@ class KeyframeSender {
   size_t sizeOf(uint64_t session) const;
   uint32_t missingBefore(uint32_t sequence);
   Result<void> store(const OutboxRow& row, std::span<const uint8_t> encoded);
+  Result<void> moveOldestToDisk();
+  void takeOutDelivered();
+  void diskTakes();
   void keepWithinQuota();
   std::optional<OutboxKey> nextUnsent();
   bool send(const OutboxKey& key, std::chrono::steady_clock::time_point now);
@@ -85,6 +95,7 @@ class KeyframeSender {
   uint32_t acknowledged_below_ = 0;                // of this session
   OutboxKey cursor_;                               // of makeRoom
   std::chrono::steady_clock::time_point retry_{};  // not before this, after the link took nothing
+  std::chrono::steady_clock::time_point disk_{};   // nor before this, after the disk took nothing
   bool had_peer_ = true;
   bool failing_ = false;
   uint64_t bytes_sent_ = 0;

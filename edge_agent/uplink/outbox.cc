@@ -109,9 +109,18 @@ Result<std::vector<uint8_t>> Outbox::encoded(const OutboxKey& key) {
 }
 
 Result<std::optional<OutboxRow>> Outbox::firstFrom(uint64_t session, uint32_t from) {
-  auto found = rows(session, from, 1);
-  if (!found) return found.error();
-  return found->empty() ? std::optional<OutboxRow>() : std::optional(found->front());
+  auto query = database_.query("SELECT " COMAP_OUTBOX_ROW_COLUMNS
+                               " FROM keyframes WHERE session = ? AND sequence >= ? ORDER BY sequence");
+  if (!query) return query.error();
+  bind(*query, {session, from});
+  for (;;) {
+    const auto row = query->step();
+    if (!row) return row.error();
+    if (!*row) return std::optional<OutboxRow>();
+    OutboxRow found = rowOf(*query);
+    if (auto values = query->values(); !values) return values.error();
+    if (!delivered_.contains(found.key)) return std::optional(std::move(found));
+  }
 }
 
 Result<std::vector<OutboxRow>> Outbox::rows(uint64_t session, uint32_t from, size_t most) {
@@ -170,22 +179,38 @@ Result<void> Outbox::remove(const OutboxKey& key) {
   if (!there) return there.error();
   if (!*there) return {};
   const int64_t bytes = size->integer();
+  if (auto erased = erase(key); !erased) return erased;
+  count(key.session, -1, -bytes);
+  return change->commit();
+}
+
+Result<void> Outbox::erase(const OutboxKey& key) {
   for (const char* sql : {"DELETE FROM keyframes WHERE session = ? AND sequence = ?",
                           "DELETE FROM messages WHERE session = ? AND sequence = ?"}) {
     auto query = database_.query(sql);
     if (!query) return query.error();
     if (auto ran = bind(*query, key).run(); !ran) return ran;
   }
-  count(key.session, -1, -bytes);
-  return change->commit();
+  return {};
+}
+
+void Outbox::deliver(const OutboxKey& key, int64_t bytes) {
+  if (delivered_.insert(key).second) count(key.session, -1, -bytes);
+}
+
+Result<void> Outbox::deliverIfThere(const OutboxKey& key) {
+  auto query = database_.query("SELECT bytes FROM keyframes WHERE session = ? AND sequence = ?");
+  if (!query) return query.error();
+  const auto there = bind(*query, key).step();
+  if (!there) return there.error();
+  if (*there) deliver(key, query->integer());
+  return {};
 }
 
 Result<std::vector<OutboxKey>> Outbox::acknowledge(const Acknowledgement& acknowledgement) {
   std::vector<OutboxKey> held;
   if (size(acknowledgement.session) == 0 || !acknowledgement.refusal.empty()) return held;
-  auto change = begin();
-  if (!change) return change.error();
-  auto below = database_.query("SELECT sequence FROM keyframes WHERE session = ? AND sequence < ?");
+  auto below = database_.query("SELECT sequence, bytes FROM keyframes WHERE session = ? AND sequence < ?");
   if (!below) return below.error();
   bind(*below, {acknowledgement.session, acknowledgement.next_expected});
   for (;;) {
@@ -193,16 +218,31 @@ Result<std::vector<OutboxKey>> Outbox::acknowledge(const Acknowledgement& acknow
     if (!row) return row.error();
     if (!*row) break;
     held.push_back({acknowledgement.session, below->unsigned32()});
+    deliver(held.back(), below->integer());
   }
-  for (const uint32_t sequence : acknowledgement.also_held) held.push_back({acknowledgement.session, sequence});
-  const uint64_t bytes_before = bytes_;
-  for (const OutboxKey& key : held)
-    if (auto removed = remove(key); !removed) return removed.error();
-  if (auto committed = change->commit(); !committed) return committed.error();
-  // Once all is delivered the file gives its room back.
-  if (bytes_ == 0 && bytes_before > 0)
-    if (auto shrunk = database_.execute("PRAGMA incremental_vacuum"); !shrunk) return shrunk.error();
+  for (const uint32_t sequence : acknowledgement.also_held) {
+    held.push_back({acknowledgement.session, sequence});
+    if (auto delivered = deliverIfThere(held.back()); !delivered) return delivered.error();
+  }
   return held;
+}
+
+Result<void> Outbox::knowDelivered(const std::set<OutboxKey>& keys) {
+  for (const OutboxKey& key : keys)
+    if (auto delivered = deliverIfThere(key); !delivered) return delivered;
+  return {};
+}
+
+Result<void> Outbox::takeOutDelivered() {
+  if (delivered_.empty()) return {};
+  auto change = begin();
+  if (!change) return change.error();
+  for (const OutboxKey& key : delivered_)
+    if (auto erased = erase(key); !erased) return erased;
+  if (auto committed = change->commit(); !committed) return committed;
+  delivered_.clear();
+  // Once all is delivered the file gives its room back; if it cannot now, then the next time.
+  return bytes_ > 0 ? Result<void>() : database_.execute("PRAGMA incremental_vacuum");
 }
 
 Result<void> Outbox::limitBytes(uint64_t bytes) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -56,7 +57,7 @@ class Outbox {
   Result<void> add(const OutboxRow& row, std::span<const uint8_t> encoded);
   /// kBadData if what is read is not what was written; kProblem if there is none.
   Result<std::vector<uint8_t>> encoded(const OutboxKey& key);
-  /// The first keyframe of the session from `from` on.
+  /// The first keyframe of the session from `from` on that the core does not hold yet.
   Result<std::optional<OutboxRow>> firstFrom(uint64_t session, uint32_t from);
   Result<std::optional<OutboxRow>> last(uint64_t session);
   /// Those of one session, in order, from `from` on, `most` at most: a page at a time, whatever the backlog.
@@ -70,8 +71,15 @@ class Outbox {
   /// Writes a keyframe that is there anew.
   Result<void> replace(const OutboxRow& row, std::span<const uint8_t> encoded);
   Result<void> remove(const OutboxKey& key);
-  /// Drops what the core holds of the session that the acknowledgement is about. Returns their keys.
+  /// What the core holds of the session that the acknowledgement is about counts no more. Returns their keys. They are
+  /// in the file until takeOutDelivered().
   Result<std::vector<OutboxKey>> acknowledge(const Acknowledgement& acknowledgement);
+  /// Deletes what was acknowledged. If the disk takes nothing, not even that, they stay until another call; a start
+  /// that finds them there sends them once more, which the core takes no notice of.
+  Result<void> takeOutDelivered();
+  const std::set<OutboxKey>& deliveredButThere() const { return delivered_; }
+  /// What another outbox of these keyframes knows to be at the core.
+  Result<void> knowDelivered(const std::set<OutboxKey>& keys);
 
   /// Several changes as one: durable when committed, undone if that never comes. May be nested; the outermost counts.
   class Change;
@@ -93,10 +101,14 @@ class Outbox {
   Result<void> prepare();
   Result<void> countAll();
   void count(uint64_t session, int keyframes, int64_t bytes);
+  void deliver(const OutboxKey& key, int64_t bytes);
+  Result<void> deliverIfThere(const OutboxKey& key);
+  Result<void> erase(const OutboxKey& key);
 
   Database database_;
   std::map<uint64_t, size_t> keyframes_;  // of each session
   uint64_t bytes_ = 0;
+  std::set<OutboxKey> delivered_;  // are in the file still, but not counted
 };
 
 class Outbox::Change {

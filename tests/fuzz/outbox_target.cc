@@ -36,6 +36,8 @@ COMAP_FUZZ_TARGET(bytes) {
     ack.next_expected = 1;
     ack.also_held = {2};
     (void)bool(outbox->acknowledge(ack));
+    (void)bool(outbox->firstFrom(fuzz::kSampleSession, 0));
+    (void)bool(outbox->takeOutDelivered());
   }
   fuzz::require(bool(rescueOutbox(path)), "an outbox that can be moved can be rescued");
 }

@@ -45,6 +45,9 @@ TEST_F(OutboxFile, KeepsWhatIsNotAcknowledgedOverTheEndOfTheProcess) {
     ASSERT_TRUE(held) << held.error().text;
     EXPECT_EQ(held->size(), 5u);
     EXPECT_EQ(outbox->size(), 5u);
+    EXPECT_EQ(outbox->deliveredButThere().size(), 5u);
+    ASSERT_TRUE(outbox->takeOutDelivered());
+    EXPECT_EQ(outbox->deliveredButThere().size(), 0u);
   }
   auto outbox = Outbox::open(path_);
   ASSERT_TRUE(outbox) << outbox.error().text;
@@ -290,6 +293,7 @@ TEST_F(DamagedOutbox, WithoutTheWayToItsMessagesTheyAreSavedAndNoneThatWasDelive
     ack.session = 5;
     ack.next_expected = 10;  // their pages keep what they hold until others need the room
     ASSERT_TRUE(outbox->acknowledge(ack));
+    ASSERT_TRUE(outbox->takeOutDelivered());
   }
   for (const int64_t page : {int64_t{1}, messages}) {
     const std::string whole = folder_.file("whole");
@@ -366,6 +370,7 @@ TEST_F(DamagedOutbox, AnotherRobotsIsRefusedAndOneWithoutANameIsTakenOver) {
   {
     auto outbox = Outbox::open(path_);
     ASSERT_TRUE(outbox->acknowledge({"r", 5, 40, {}, 0, ""}));
+    ASSERT_TRUE(outbox->takeOutDelivered());
   }
   std::filesystem::copy_file(path_, folder_.file("t.outbox"));
   EXPECT_EQ(reopen("t").error().code, ErrorCode::kWrongUse) << "empty, and yet named";
