@@ -1,5 +1,6 @@
 // What a survey found whole, into a new store.
 #include <filesystem>
+#include <map>
 #include <set>
 
 #include "mapping_core/store/copy_rows.h"
@@ -37,21 +38,57 @@ Result<void> saveLostPoses(const StoreSurvey& survey, MapStore& to) {
   return {};
 }
 
+Result<Keyframe> decoded(Database& from, const WholeKeyframe& keyframe) {
+  const auto message = messageOf(from, keyframe.stored.arrival);
+  if (!message) return message.error();
+  return decodeKeyframeWithoutImages(*message);
+}
+
+// Whether odometry, which drifts little over so short a way, says what the map says. After a chain's first keyframe it
+// need not: nobody knows how far the robot went before that.
+bool agree(const Pose& odometry, const Pose& map) {
+  const Pose difference = odometry.inverse() * map;
+  return difference.translation().norm() < 0.05 + 0.1 * map.translation().norm() && difference.angle() < 0.1;
+}
+
+using Mapped = std::map<KeyframeId, const WholeKeyframe*>;
+
+// The tie of a keyframe whose message names one that is not there, or not mapped: to the last one before that of its
+// session, if both stood in one map. What the missing one hung on is known to its robot alone; where the two stood, the
+// map has kept. As uncertain as if each keyframe between them were tied as this one is.
+Result<void> saveTieAcrossGap(const WholeKeyframe& behind, const Mapped& mapped, Database& from, MapStore& to) {
+  const KeyframeId& id = behind.stored.id;
+  auto found = mapped.lower_bound({id.robot, id.session, behind.linked_to});
+  if (behind.stored.map.empty() || found == mapped.begin()) return {};
+  const WholeKeyframe& before = *(--found)->second;
+  const KeyframeId& previous = before.stored.id;
+  if (previous.robot != id.robot || previous.session != id.session || before.stored.map != behind.stored.map) return {};
+  const auto first = decoded(from, before);
+  if (!first) return first.error();
+  const auto second = decoded(from, behind);
+  if (!second) return second.error();
+  const Pose T_before_behind = before.stored.T_map_cam.inverse() * behind.stored.T_map_cam;
+  if (!agree(first->T_odom_cam.inverse() * second->T_odom_cam, T_before_behind)) return {};
+  const double ties = 1.0 + (behind.linked_to - previous.sequence);
+  return to.addEdge({previous, id, EdgeKind::kOdometry, T_before_behind, second->information / ties});
+}
+
 // The odometry edges that the messages tell of and the table does not.
 Result<void> saveLostTies(const StoreSurvey& survey, Database& from, MapStore& to) {
-  std::set<KeyframeId> mapped;
+  Mapped mapped;
   for (const WholeKeyframe& keyframe : survey.keyframes)
-    if (isMapped(keyframe)) mapped.insert(keyframe.stored.id);
+    if (isMapped(keyframe)) mapped.emplace(keyframe.stored.id, &keyframe);
   for (const WholeKeyframe& keyframe : survey.keyframes) {
     const KeyframeId& id = keyframe.stored.id;
     const KeyframeId previous{id.robot, id.session, keyframe.linked_to};
-    if (!keyframe.linked || keyframe.tied || !mapped.contains(id) || !mapped.contains(previous)) continue;
-    const auto message = messageOf(from, keyframe.stored.arrival);
-    if (!message) return message.error();
-    const auto decoded = decodeKeyframeWithoutImages(*message);
-    if (!decoded) return decoded.error();
-    if (auto added = to.addEdge({previous, id, EdgeKind::kOdometry, decoded->T_link_this, decoded->information});
-        !added)
+    if (!keyframe.linked || keyframe.tied || !mapped.contains(id)) continue;
+    if (!mapped.contains(previous)) {
+      if (auto saved = saveTieAcrossGap(keyframe, mapped, from, to); !saved) return saved;
+      continue;
+    }
+    const auto told = decoded(from, keyframe);
+    if (!told) return told.error();
+    if (auto added = to.addEdge({previous, id, EdgeKind::kOdometry, told->T_link_this, told->information}); !added)
       return added;
   }
   return {};

@@ -1,4 +1,5 @@
 // Stores of which something is lost: what is whole is found, told apart from what is not, and saved.
+#include <algorithm>
 #include <atomic>
 #include <fstream>
 #include <thread>
@@ -131,6 +132,48 @@ TEST_F(StoreSurveyTest, DamageAndGapsAreNamed) {
   const StoreSurvey again = saved(*survey);
   EXPECT_THAT(again.damage, IsEmpty());
   EXPECT_EQ(again.keyframes.size(), kKeyframes - 2);
+}
+
+// Keyframe 2 was refused, or is lost; the others go on in steps of 0.1 m. The table of edges is empty.
+class StoreWithAGap : public StoreSurveyTest {
+ protected:
+  void fillBut(const MapId& map_behind, const Pose& T_odom_jump) {
+    auto store = create();
+    ASSERT_TRUE(store);
+    for (const uint32_t i : {0, 1, 3, 4}) {
+      const Pose T(Eigen::Quaterniond::Identity(), {0.1 * i, 0, 0});
+      ASSERT_TRUE(*store->addKeyframe(idOf(i), i, messageOf(i, i > 2 ? T_odom_jump * T : T)));
+      ASSERT_TRUE(store->setPoses(i > 2 ? map_behind : "m", {{idOf(i), T}}));
+    }
+  }
+  std::vector<Edge> savedEdges() {
+    saved(*surveyStore(path_));
+    const auto store = MapStore::open(folder_ / "saved.comap", MapStore::Mode::kReadOnly);
+    const auto edges = store->edges();
+    return edges ? *edges : std::vector<Edge>();
+  }
+};
+
+TEST_F(StoreWithAGap, IsTiedAcrossItAsTheMapStood) {
+  fillBut("m", Pose());
+  const auto edges = savedEdges();
+  ASSERT_EQ(edges.size(), 3u);
+  const auto across = std::find_if(edges.begin(), edges.end(), [](const Edge& edge) { return edge.to == idOf(3); });
+  ASSERT_NE(across, edges.end());
+  EXPECT_EQ(across->from, idOf(1));
+  EXPECT_EQ(across->kind, EdgeKind::kOdometry);
+  EXPECT_NEAR(across->T_from_to.translation().x(), 0.2, 1e-6);
+  EXPECT_NEAR(across->information(0, 0), 0.5, 1e-6) << "of two ties";
+}
+
+TEST_F(StoreWithAGap, StaysApartWhereTheMapWasInTwo) {
+  fillBut("n", Pose());
+  EXPECT_EQ(savedEdges().size(), 2u);
+}
+
+TEST_F(StoreWithAGap, StaysApartWhereOdometrySaysSomethingElse) {
+  fillBut("m", Pose(Eigen::Quaterniond::Identity(), {0.3, 0, 0}));
+  EXPECT_EQ(savedEdges().size(), 2u);
 }
 
 TEST_F(StoreSurveyTest, WhatIsNoStoreIsRefused) {

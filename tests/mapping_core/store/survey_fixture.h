@@ -18,7 +18,7 @@ inline constexpr uint32_t kKeyframes = 12;
 class StoreSurveyTest : public StoreTest {
  protected:
   // Noise, so that a message takes some pages.
-  static std::vector<uint8_t> messageOf(uint32_t sequence) {
+  static std::vector<uint8_t> messageOf(uint32_t sequence, const Pose& T_odom_cam = Pose()) {
     std::mt19937 engine(sequence);
     Keyframe keyframe;
     keyframe.id = idOf(sequence);
@@ -31,6 +31,7 @@ class StoreSurveyTest : public StoreTest {
     keyframe.linked = sequence > 0;
     keyframe.linked_to = sequence > 0 ? sequence - 1 : 0;
     keyframe.T_link_this = poseOf(sequence);
+    keyframe.T_odom_cam = T_odom_cam;
     const auto encoded = encodeKeyframe(keyframe);
     EXPECT_TRUE(encoded) << (encoded ? "" : encoded.error().text);
     return encoded ? *encoded : std::vector<uint8_t>();
