@@ -76,6 +76,13 @@ Result<void> MapBuilder::place(const Keyframe& keyframe, uint32_t robot_index) {
   return store_.addEdge(edges_.back());
 }
 
+Result<std::optional<KeyframeId>> MapBuilder::renewCoarse(size_t keyframes) {
+  auto renewed = surfels_.renewCoarse(keyframes);
+  if (!renewed || !*renewed) return renewed;
+  if (auto moved = surfels_.follow(**renewed, posesOf(**renewed)); !moved) return moved.error();
+  return renewed;
+}
+
 std::vector<TilePlace> MapBuilder::placesOf(const KeyframeId& anchor) const {
   std::vector<TilePlace> places;
   for (const KeyframeId& id : components_.members(anchor))

@@ -97,6 +97,10 @@ class MapBuilder {
   Result<bool> catchUp(size_t keyframes) { return surfels_.catchUp(keyframes); }
   bool caughtUp() const { return surfels_.caughtUp(); }
   size_t unfused() const { return surfels_.waiting(); }
+  /// Whether a map has keyframes in half detail; gives it full detail, `keyframes` at a time: see
+  /// MapSurfels::renewCoarse(), which says what is returned. For a core that has nothing else to do.
+  bool coarse() const { return surfels_.coarse(); }
+  Result<std::optional<KeyframeId>> renewCoarse(size_t keyframes);
 
   /// Computes the poses of all maps anew, as a pure function of the stored edges and merges: not of the order in which
   /// they came. Call before rebuild() and storePoses() at the end.

@@ -4,6 +4,7 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <span>
 
@@ -46,6 +47,14 @@ class MapSurfels {
   bool caughtUp() const { return unfused_.empty(); }
   size_t waiting() const { return unfused_.size(); }
 
+  /// Whether a map has keyframes that were fused in half detail.
+  bool coarse() const { return !coarse_.empty(); }
+  /// Fuses up to `keyframes` of such a map once more, in full detail and beside it, which goes on to be what it is.
+  /// Once it has all, it takes the coarse one's place: returns its anchor then. Begins anew if the map was joined or
+  /// laid out meanwhile; what was fused into it or moved is followed. After an error the map stays coarse until
+  /// rebuild().
+  Result<std::optional<KeyframeId>> renewCoarse(size_t keyframes);
+
   /// Fuses every map anew, in full detail, one of whose keyframes stands elsewhere than where it was fused, or was
   /// fused in half detail, or that was moved or joined since: the map as a function of keyframes and poses.
   /// `T_map_cam`: of all keyframes; `progress` (may be empty) hears (done, all) keyframes.
@@ -66,6 +75,18 @@ class MapSurfels {
     Pose T_map_cam;     // as its surfels have it
   };
 
+  struct Renewal {
+    KeyframeId anchor;
+    SurfelMap map;
+    std::deque<KeyframeId> left;
+    MapPoses T_map_cam;  // as its surfels have it
+  };
+  void beginRenewal(const KeyframeId& anchor);
+  Result<void> renew(size_t keyframes);
+  void takeRenewed();
+  void dropRenewalOf(const KeyframeId& anchor);
+  Result<void> fuseInto(SurfelMap& map, const Keyframe& keyframe, const Pose& T_map_cam);
+
   gpu::Device& device_;
   FusionParameters fusion_;
   double move_m_;
@@ -74,6 +95,8 @@ class MapSurfels {
   std::shared_ptr<SurfelPool> pool_;  // made with the first map; the maps share its memory
   std::map<KeyframeId, SurfelMap> maps_;
   std::set<KeyframeId> stale_;      // maps whose surfels were moved since they were fused, or are coarse
+  std::set<KeyframeId> coarse_;     // maps of which a keyframe was fused in half detail
+  std::optional<Renewal> renewal_;  // of one of them
   std::deque<KeyframeId> unfused_;  // have a map and a pose, but their surfels were thrown away
 };
 

@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kCalm(50);  // without a message; then what was put off is done
 constexpr std::chrono::milliseconds kSoon(20);  // until more tiles may go
+constexpr std::chrono::seconds kIdle(2);        // without a keyframe; or the load is small
 constexpr size_t kFusedAtOnce = 4;              // keyframes whose surfels are missing, between looking for messages
 
 std::string describe(const Confirmation& heard) {
@@ -85,7 +86,7 @@ Result<bool> MappingService::step(std::chrono::milliseconds timeout) {
   // What is mapped must be written as a whole; half of it cannot be taken back. So it waits until the store takes.
   const bool takes = store_health_.takes();
   const bool busy = (ingest_.hasNext() && takes) || !builder_.caughtUp();
-  if (builder_.hasUnasked()) timeout = std::min(timeout, kCalm);
+  if (builder_.hasUnasked() || mayRenew()) timeout = std::min(timeout, kCalm);
   if (delivery_.unfinished()) timeout = std::min(timeout, kSoon);
   auto delivery = link_.receive(busy ? std::chrono::milliseconds(0) : timeout);
   while (delivery) {
@@ -100,6 +101,10 @@ Result<bool> MappingService::step(std::chrono::milliseconds timeout) {
   }
   if (!ingest_.hasNext() && !worked && unpublished_.empty() && builder_.hasUnasked() && store_health_.takes()) {
     if (auto asked = askNext(); !asked) return asked.error();
+    return true;
+  }
+  if (!worked && !busy && unpublished_.empty() && mayRenew()) {
+    renewNext();
     return true;
   }
   if (!worked && !busy && unpublished_.empty()) delivery_.noteHashes();
@@ -156,6 +161,24 @@ Result<void> MappingService::mapNext() {
   load_.mapped(last_mapped_, last_mapped_ - start);
   adviseOnLoad();
   return {};
+}
+
+bool MappingService::mayRenew() const {
+  const auto now = std::chrono::steady_clock::now();
+  const bool idle = now - last_mapped_ > kIdle || load_.figure(now).load() < options_.half_detail_from_load / 2;
+  return idle && builder_.coarse() && builder_.caughtUp();
+}
+
+// A keyframe of a map that was fused in half detail while there was no time for more. It is no more than a wish: what
+// fails here ends nothing.
+void MappingService::renewNext() {
+  const auto renewed = builder_.renewCoarse(1);
+  if (!renewed) {
+    info("a map has half its detail until the end: " + renewed.error().text);
+  } else if (*renewed) {
+    info("map " + mapIdOf(**renewed) + " has all its detail");
+    ++unpublished_[**renewed];
+  }
 }
 
 // What a core in a hurry has put off. Whoever waits for tiles of what has changed comes first.

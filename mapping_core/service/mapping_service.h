@@ -101,6 +101,8 @@ class MappingService {
   Result<Keyframe> read(const KeyframeId& id);
   Pace paceAt(CoreLoad::Clock::time_point now) const;
   Result<void> mapNext();
+  bool mayRenew() const;
+  void renewNext();
   Result<void> askNext();
   Result<void> announce(const MapChange& change);
   void announceMerges(const MapChange& change);

@@ -99,6 +99,60 @@ TEST_F(MapHurry, ABriskKeyframeIsCoarseButAskedAndTiedAtOnce) {
   EXPECT_LT(2 * surfels[1], surfels[0]);
 }
 
+// A core with time on its hands gives a coarse map its detail, a keyframe at a time, while keyframes go on to come.
+TEST_F(MapHurry, ACoarseMapIsRenewedBesideItself) {
+  COMAP_DEVICE_OR_SKIP(device);
+  auto store = create(), calm_store = MapStore::open(folder_ / "calm.comap", MapStore::Mode::kCreateOrOpen);
+  ASSERT_TRUE(store);
+  ASSERT_TRUE(calm_store);
+  MapBuilder builder(device, *store, roomOptions()), calm(device, *calm_store, roomOptions());
+  const auto add = [&](uint32_t i, Pace pace) {
+    const Keyframe keyframe = kept(*store, roomKeyframe('a', i));
+    keep(*calm_store, roomKeyframe('a', i));
+    ASSERT_TRUE(builder.addKeyframe(keyframe, 0, pace));
+    ASSERT_TRUE(calm.addKeyframe(keyframe, 0));
+  };
+  EXPECT_FALSE(builder.coarse());
+  for (uint32_t i = 0; i < 3; ++i) add(i, Pace::kBrisk);
+  ASSERT_TRUE(builder.coarse());
+  const KeyframeId anchor = builder.components().anchors().front();
+  const size_t coarse = builder.surfelCount(anchor);
+  const auto first = builder.renewCoarse(1);
+  ASSERT_TRUE(first);
+  EXPECT_FALSE(*first);
+  EXPECT_EQ(builder.surfelCount(anchor), coarse) << "the coarse one stays until the other is whole";
+  add(3, Pace::kBrisk);
+  for (int left = 3; left > 0; --left) {
+    EXPECT_TRUE(builder.coarse());
+    const auto renewed = builder.renewCoarse(1);
+    ASSERT_TRUE(renewed);
+    EXPECT_EQ(renewed->has_value(), left == 1) << left;
+  }
+  EXPECT_FALSE(builder.coarse());
+  const auto all = static_cast<double>(calm.surfelCount(anchor));
+  EXPECT_NEAR(static_cast<double>(builder.surfelCount(anchor)), all, 0.02 * all);
+  EXPECT_FALSE(builder.renewCoarse(1)->has_value());
+}
+
+TEST_F(MapHurry, ACoarseMapThatIsJoinedMeanwhileIsRenewedAsAWhole) {
+  COMAP_DEVICE_OR_SKIP(device);
+  auto store = create();
+  ASSERT_TRUE(store);
+  MapBuilder builder(device, *store, roomOptions());
+  map(builder, *store, "a", Pace::kBrisk);
+  ASSERT_TRUE(builder.renewCoarse(1));
+  map(builder, *store, "b", Pace::kBrisk);
+  ASSERT_EQ(builder.components().anchors().size(), 1u);
+  const KeyframeId anchor = builder.components().anchors().front();
+  const size_t coarse = builder.surfelCount(anchor), members = builder.components().members(anchor).size();
+  for (size_t i = 0; i < members; ++i) {
+    ASSERT_TRUE(builder.coarse()) << i;
+    ASSERT_TRUE(builder.renewCoarse(1));
+  }
+  EXPECT_FALSE(builder.coarse());
+  EXPECT_GT(builder.surfelCount(anchor), 2 * coarse);
+}
+
 TEST_F(MapHurry, AMapThatWasNeverMovedIsFusedInFullToo) {
   COMAP_DEVICE_OR_SKIP(device);
   auto store = create(), calm_store = MapStore::open(folder_ / "calm.comap", MapStore::Mode::kCreateOrOpen);
@@ -112,6 +166,8 @@ TEST_F(MapHurry, AMapThatWasNeverMovedIsFusedInFullToo) {
     ASSERT_TRUE(calm.addKeyframe(keyframe, 0));
   }
   EXPECT_NE(hashesOf(builder), hashesOf(calm));
+  ASSERT_TRUE(builder.renewCoarse(2));
+  EXPECT_EQ(hashesOf(builder), hashesOf(calm)) << "renewed, as if it had never been coarse";
   EXPECT_EQ(finish(builder), finish(calm));
 }
 
