@@ -103,11 +103,13 @@ Result<bool> MappingService::step(std::chrono::milliseconds timeout) {
     if (auto asked = askNext(); !asked) return asked.error();
     return true;
   }
-  if (!worked && !busy && unpublished_.empty() && mayRenew()) {
-    renewNext();
-    return true;
+  if (!worked && !busy && unpublished_.empty()) {
+    delivery_.noteHashes();
+    if (mayRenew()) {
+      renewNext();
+      return true;
+    }
   }
-  if (!worked && !busy && unpublished_.empty()) delivery_.noteHashes();
   if (!ingest_.hasNext() || !store_health_.takes()) return worked;
   if (auto mapped = mapNext(); !mapped) return mapped.error();
   return true;
