@@ -233,7 +233,8 @@ Result<void> copyWholeRows(const StoreSurvey& survey, const std::string& path, b
   auto to = Database::open(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_URI);
   if (!to) return to.error();
   // Nobody has the file yet; it is synchronised when it is whole. The cache holds the indexes of 10^6 rows.
-  for (const char* pragma : {"PRAGMA journal_mode = MEMORY", "PRAGMA synchronous = OFF", "PRAGMA cache_size = -262144"})
+  for (const char* pragma :
+       {kSetPageSize, "PRAGMA journal_mode = MEMORY", "PRAGMA synchronous = OFF", "PRAGMA cache_size = -262144"})
     if (auto set = to->execute(pragma); !set) return set;
   if (!copied)
     if (auto created = createSchema(*to); !created) return created;

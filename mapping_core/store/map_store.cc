@@ -77,7 +77,7 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
   if (mode == Mode::kReadOnly) {
     return MapStore(std::make_unique<State>(std::move(*database), std::move(lock)));
   }
-  for (const char* pragma : {"PRAGMA journal_mode = WAL", kWaitForDisk}) {
+  for (const char* pragma : {kSetPageSize, "PRAGMA journal_mode = WAL", kWaitForDisk}) {
     if (Result<void> set = database->execute(pragma); !set) return set.error();
   }
   if (!*ours) {

@@ -13,6 +13,10 @@ inline constexpr int64_t kStoreApplicationId = 0x436f4d61;  ///< "CoMa" in the f
 inline constexpr int64_t kStoreVersion = 4;                 ///< user_version in the file's header
 inline constexpr int64_t kFirstStoreVersion = 3;            ///< older ones are not read
 
+/// Of a file that is made; one that is there keeps its own. Four times SQLite's: much of a large store that is changed
+/// at once is then a quarter as many reads and writes, for a third more bytes written while it grows.
+inline constexpr const char kSetPageSize[] = "PRAGMA page_size = 16384";
+
 /// Makes the tables in an empty database, all or none.
 Result<void> createSchema(Database& database);
 

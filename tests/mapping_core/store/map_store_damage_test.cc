@@ -127,6 +127,7 @@ TEST_F(MapStoreDamageTest, whatIsNoMapStoreIsLeftAlone) {
 }
 
 TEST_F(MapStoreDamageTest, anyFlippedByteIsNoticedOrHarmless) {
+  makeSmallPages(path_);
   fill();
   const std::string good = content();
   ASSERT_TRUE(readAll());

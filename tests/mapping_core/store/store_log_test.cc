@@ -16,13 +16,14 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr size_t kHeadBytes = 32, kFrameBytes = 24 + 4096;
+constexpr size_t kHeadBytes = 32, kFrameBytes = 24 + kSmallPageBytes;
 
 class StoreLogTest : public StoreTest {
  protected:
   // As a killed core leaves it: nothing of ten settings is in the file itself.
   void SetUp() override {
     StoreTest::SetUp();
+    makeSmallPages(folder_ / "core.comap");
     ASSERT_TRUE(MapStore::open(folder_ / "core.comap", MapStore::Mode::kCreateOrOpen));  // closed: its tables are there
     auto store = MapStore::open(folder_ / "core.comap", MapStore::Mode::kCreateOrOpen);
     ASSERT_TRUE(store);

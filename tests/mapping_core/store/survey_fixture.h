@@ -12,7 +12,7 @@
 
 namespace comap {
 
-inline constexpr size_t kPageBytes = 4096;
+inline constexpr size_t kPageBytes = kSmallPageBytes;
 inline constexpr uint32_t kKeyframes = 12;
 
 class StoreSurveyTest : public StoreTest {
@@ -37,6 +37,7 @@ class StoreSurveyTest : public StoreTest {
     return encoded ? *encoded : std::vector<uint8_t>();
   }
   void fill() {
+    makeSmallPages(path_);
     auto store = create();
     ASSERT_TRUE(store);
     for (uint32_t i = 0; i < kKeyframes; ++i) {
