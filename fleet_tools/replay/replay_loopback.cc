@@ -88,7 +88,7 @@ Result<ReplayOutcome> replayLoopback(const ReplayOptions& options, const ReplayP
     robots.push_back({robot.name, std::move(*source), hub.connect(LinkRole::kRobot, robot.name), nullptr, {}, false});
   }
   CoreConfig core;
-  core.service.fern_seed = options.fern_seed;
+  core.service.mapping.fern_seed = options.fern_seed;
   core.service.pace_tiles = false;
   core.service.hurry_from_waiting = 0;
   core.service.half_detail_from_load = 0;

@@ -67,6 +67,7 @@ RobotRecord& RobotRegistry::admit(const Hello& hello) {
   if (second_of_name_.contains({hello.robot, hello.session})) return remembered_.at({hello.robot, hello.session});
   auto it = robots_.find(hello.robot);
   if (it != robots_.end() && it->second.session != hello.session) {
+    it->second.refusal.clear();  // that was about its hello; its keyframes are taken from an outbox like all others
     remembered_.erase({hello.robot, it->second.session});
     remembered_.emplace(std::pair(hello.robot, it->second.session), std::move(it->second));  // keyframes may still come
     robots_.erase(it);

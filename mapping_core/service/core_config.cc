@@ -74,7 +74,7 @@ Result<CoreConfig> readCoreConfig(const std::string& path) {
   mapping.vote.needed = votes;
   mapping.probation.witnesses = witnesses;
 
-  reader->section("ferns").read("seed", config.service.fern_seed);
+  reader->section("ferns").read("seed", config.service.mapping.fern_seed);
 
   ConfigReader tiles = reader->section("tiles");
   tiles.read("every_keyframes", config.service.tile_every_keyframes, 1, 10000);
@@ -135,7 +135,7 @@ tiles:
              m.fusion.memory_mb, m.search.candidates, m.search.loop_candidates, m.search.max_dissimilarity,
              m.verifier.inlier_ratio, m.verifier.overlap, m.verifier.rms_sigma, m.verifier.degeneracy,
              m.verifier.photometric_median, m.verifier.seen_through, m.verifier.unlike, m.verifier.features,
-             m.vote.needed, m.probation.witnesses, c.service.fern_seed, c.service.tile_every_keyframes,
+             m.vote.needed, m.probation.witnesses, m.fern_seed, c.service.tile_every_keyframes,
              c.service.tile_spacing_m) +
          printTelemetryOptions(c.telemetry) + ros2::printRos2Options(c.ros2);
 }

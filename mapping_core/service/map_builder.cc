@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "mapping_core/ferns/fern_encoder.h"
 #include "protocol/codec/keyframe_codec.h"
 #include "protocol/telemetry/stage_clock.h"
 
@@ -11,6 +12,7 @@ MapBuilder::MapBuilder(gpu::Device& device, MapStore& store, const MapBuilderOpt
     : store_(store),
       options_(options),
       surfels_(device, options.fusion, options.move_m, [this](const KeyframeId& id) { return load(id); }),
+      book_(FernBook::standard(options.fern_seed)),
       search_(options.search),
       votes_(options.vote),
       asked_(options.asked),
@@ -29,20 +31,22 @@ Result<MapChange> MapBuilder::addKeyframe(const Keyframe& keyframe, uint32_t rob
   if (std::exchange(recast_due_, false))
     if (auto cast = castAll(change); !cast) return cast.error();
   if (auto placed = place(keyframe, robot_index); !placed) return placed.error();
+  const auto code = codeOf(keyframe);
+  if (!code) return code.error();
   {
     const StageSpan span("view");
     shelf_.put(keyframe);
   }
   // Matching comes before fusion, so that a loop is verified against what was there before this keyframe.
-  const auto verdicts = match(keyframe, pace);
+  const auto verdicts = match(keyframe, *code, pace);
   if (!verdicts) return verdicts.error();
   const KeyframeId placed_in = components_.anchorOf(keyframe.id);
   const FusionDetail detail = pace == Pace::kThorough ? FusionDetail::kFull : FusionDetail::kHalf;
   if (auto fused = surfels_.fuse(keyframe, placed_in, T_map_cam_.at(keyframe.id), detail); !fused) return fused.error();
   if (pace != Pace::kHasty)
     if (auto tied = tieLive(keyframe.id); !tied) return tied.error();
-  if (!search_.add(keyframe.id, keyframe.fern_code))
-    return Error{ErrorCode::kBadData, "keyframe " + toString(keyframe.id) + ": fern code is of another book"};
+  if (!search_.add(keyframe.id, *code))
+    return Error{ErrorCode::kBadData, "keyframe " + toString(keyframe.id) + ": fern code has not the book's size"};
   if (auto taken = take(*verdicts, change); !taken) return taken.error();
   if (auto judged = judgeMerges(keyframe.id, change); !judged) return judged.error();
   const KeyframeId anchor = components_.anchorOf(keyframe.id);
@@ -97,6 +101,17 @@ Result<void> MapBuilder::storePoses() {
     for (const auto& [id, T] : poses) T_map_stored_[id] = T;
   }
   return {};
+}
+
+// A robot whose book was set wrong is refused, but what it has kept comes once it is set right; and a core may be given
+// another book than its store was made with. The pictures are here, whatever book the code was made with.
+Result<FernCode> MapBuilder::codeOf(const Keyframe& keyframe) const {
+  if (keyframe.fern_code.book_hash == book_.hash() && keyframe.fern_code.codes.size() == book_.ferns().size())
+    return keyframe.fern_code;
+  if (!keyframe.colour.empty()) return encodeFerns(book_, keyframe.colour, keyframe.depth);
+  const auto whole = load(keyframe.id);
+  if (!whole) return whole.error();
+  return encodeFerns(book_, whole->colour, whole->depth);
 }
 
 Result<Keyframe> MapBuilder::load(const KeyframeId& id) const {

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "mapping_core/ferns/fern_book.h"
 #include "mapping_core/graph/graph_solver.h"
 #include "mapping_core/merge/standing.h"
 #include "mapping_core/service/map_surfels.h"
@@ -31,6 +32,7 @@ namespace comap {
 enum class Pace : uint8_t { kThorough, kBrisk, kHasty };
 
 struct MapBuilderOptions {
+  uint32_t fern_seed = FernBook::kStandardSeed;  ///< of the book of all robots and of this map
   FusionParameters fusion;
   VerifierOptions verifier;
   VoteOptions vote;
@@ -148,8 +150,8 @@ class MapBuilder {
   };
 
   Result<void> place(const Keyframe& keyframe, uint32_t robot_index);
-  Result<std::vector<MatchVerdict>> match(const Keyframe& keyframe, Pace pace);
-  std::vector<Candidate> candidatesOf(const Keyframe& keyframe, Pace pace) const;
+  Result<std::vector<MatchVerdict>> match(const Keyframe& keyframe, const FernCode& code, Pace pace);
+  std::vector<Candidate> candidatesOf(const Keyframe& keyframe, const FernCode& code, Pace pace) const;
   Result<std::vector<MatchVerdict>> askAll(const KeyframeId& id, const std::optional<MapPose>& believed,
                                            std::span<const Candidate> candidates, std::vector<KeyframeId> known);
   Result<MatchVerdict> ask(const KeyframeView& query, const std::optional<MapPose>& believed,
@@ -184,6 +186,7 @@ class MapBuilder {
   Result<bool> solveWhole(const KeyframeId& anchor);
   Result<void> storeChanged(const KeyframeId& id, const MapChange& change);
   Result<void> storeMoved(const KeyframeId& anchor);
+  Result<FernCode> codeOf(const Keyframe& keyframe) const;
   Result<Keyframe> load(const KeyframeId& id) const;
   std::map<KeyframeId, Pose> posesOf(const KeyframeId& anchor) const;
   Result<Standing> readStanding() const;
@@ -200,6 +203,7 @@ class MapBuilder {
   std::map<KeyframeId, std::unique_ptr<GraphSolver>> graphs_;  // by anchor; those missing are made from edges_
   ComponentSet components_;
   MapSurfels surfels_;
+  FernBook book_;
   CandidateSearch search_;
   VoteBox votes_;
   AskedPlaces asked_;

@@ -7,9 +7,9 @@
 
 namespace comap {
 
-Result<std::vector<MatchVerdict>> MapBuilder::match(const Keyframe& keyframe, Pace pace) {
-  auto verdicts =
-      askAll(keyframe.id, keyframe.believed, candidatesOf(keyframe, pace), asked_.refusedBefore(keyframe, T_map_cam_));
+Result<std::vector<MatchVerdict>> MapBuilder::match(const Keyframe& keyframe, const FernCode& code, Pace pace) {
+  auto verdicts = askAll(keyframe.id, keyframe.believed, candidatesOf(keyframe, code, pace),
+                         asked_.refusedBefore(keyframe, T_map_cam_));
   if (!verdicts) return verdicts;
   std::vector<KeyframeId> asked, refused;
   for (const MatchVerdict& verdict : *verdicts) {
@@ -21,8 +21,8 @@ Result<std::vector<MatchVerdict>> MapBuilder::match(const Keyframe& keyframe, Pa
   return verdicts;
 }
 
-std::vector<Candidate> MapBuilder::candidatesOf(const Keyframe& keyframe, Pace pace) const {
-  std::vector<Candidate> candidates = search_.search(keyframe.id, keyframe.fern_code, [&](const KeyframeId& other) {
+std::vector<Candidate> MapBuilder::candidatesOf(const Keyframe& keyframe, const FernCode& code, Pace pace) const {
+  std::vector<Candidate> candidates = search_.search(keyframe.id, code, [&](const KeyframeId& other) {
     if (!components_.together(other, keyframe.id)) return Kinship::kForeign;
     if (pace == Pace::kHasty) return Kinship::kNone;
     return watch_.inDoubt(other, keyframe.id) ? Kinship::kForeign : Kinship::kOwn;
@@ -30,7 +30,7 @@ std::vector<Candidate> MapBuilder::candidatesOf(const Keyframe& keyframe, Pace p
   // A robot that recognised another map's surface says where to look; what it believes is verified as all else is.
   if (keyframe.believed) {
     const auto others = othersIn(keyframe.believed->map, keyframe.id);
-    const auto near = search_.around(keyframe.fern_code, keyframe.believed->T_map_cam, others, candidates);
+    const auto near = search_.around(code, keyframe.believed->T_map_cam, others, candidates);
     candidates.insert(candidates.end(), near.begin(), near.end());
   }
   return candidates;

@@ -35,8 +35,10 @@ Result<void> MapBuilder::restore() {
     index_[stored.id] = index;
     surfels_.know(stored.id, index, robot->second);
     by_index_.push_back(stored.id);
-    if (!search_.add(stored.id, keyframe->fern_code))
-      return Error{ErrorCode::kBadData, "keyframe " + toString(stored.id) + ": fern code is of another book"};
+    const auto code = codeOf(*keyframe);
+    if (!code) return code.error();
+    if (!search_.add(stored.id, *code))
+      return Error{ErrorCode::kBadData, "keyframe " + toString(stored.id) + ": fern code has not the book's size"};
   }
 
   const auto merges = store_.merges();

@@ -36,7 +36,7 @@ MappingService::MappingService(const ServiceOptions& options, Link& link, MapSto
       store_health_(store, log_),
       presence_(store, store_health_),
       ingest_(store),
-      registry_(FernBook::standard(options.fern_seed).hash()),
+      registry_(FernBook::standard(options.mapping.fern_seed).hash()),
       builder_(device, store, options.mapping),
       tiles_({options.mapping.fusion.stable_confidence, options.tile_spacing_m}),
       delivery_(link, options.pace_tiles) {}

@@ -24,7 +24,6 @@ namespace comap {
 
 struct ServiceOptions {
   MapBuilderOptions mapping;
-  uint32_t fern_seed = FernBook::kStandardSeed;  ///< the same as all robots'
   uint32_t tile_every_keyframes = 3;  ///< a map's tiles are renewed after so many keyframes, and when the core is idle
   float tile_spacing_m = 0.01f;       ///< level of detail that goes to robots
   /// With so many keyframes waiting the next one is mapped in a hurry (Pace), so that the core catches up. 0: never.

@@ -55,6 +55,18 @@ TEST(RobotRegistry, KeyframesOfEarlierSessionsAreTakenAndAcknowledged) {
   EXPECT_EQ(registry.delivering("a", 2), nullptr);
 }
 
+// Its book is set right, and what its outbox kept meanwhile comes.
+TEST(RobotRegistry, KeyframesOfAStartThatWasRefusedAreTakenAndAcknowledgedLater) {
+  RobotRegistry registry(kBook);
+  EXPECT_FALSE(registry.admit({"a", 1, kBook + 1, "x"}).refusal.empty());
+  EXPECT_TRUE(registry.admit({"a", 2, kBook, "x"}).refusal.empty());
+  ASSERT_NE(registry.delivering("a", 1), nullptr);
+  registry.delivering("a", 1)->acks.record(0);
+  const Acknowledgement ack = acknowledgementOf(*registry.delivering("a", 1));
+  EXPECT_EQ(ack.next_expected, 1u);
+  EXPECT_EQ(ack.refusal, "");
+}
+
 TEST(RobotRegistry, OfTwoLiveRobotsOfOneNameTheFirstKeepsItAndTheSecondIsToldWhy) {
   RobotRegistry registry(kBook);
   const Clock::time_point start = Clock::time_point() + seconds(1000);
