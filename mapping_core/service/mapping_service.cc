@@ -278,6 +278,7 @@ Result<void> MappingService::finish(const std::function<void(size_t, size_t)>& p
     if (progress) progress(keyframes_, keyframes_ + ingest_.waiting() + builder_.unfused());
   };
   if (!store_health_.holds()) return Error{ErrorCode::kUnreachable, store_health_.failure()};
+  if (unpublished_.empty()) delivery_.noteHashes();  // what robots were given, before anything changes once more
   for (tell(); !builder_.caughtUp(); tell())
     if (auto fused = builder_.catchUp(kFusedAtOnce); !fused) return fused.error();
   for (; ingest_.hasNext(); tell())

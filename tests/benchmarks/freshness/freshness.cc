@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <deque>
+#include <limits>
 
 #include "protocol/types/tile_revision.h"
 
@@ -140,15 +141,21 @@ Ending endingOf(const Json& core, const Json& robot) {
   const Json& args = ends.back()->at("args");
   ending.map = args.at("map").get<std::string>();
   ending.tiles = args.at("tiles").get<size_t>();
+  const double end = seconds(*ends.back());
+  double begun = -1, changed = std::numeric_limits<double>::infinity();  // when the core had what it then had
   for (const Json* event : eventsNamed(core, "renewed")) {
-    if (event->at("args").at("map") != ending.map || seconds(*event) > seconds(*ends.back())) continue;
-    ending.rest_s = seconds(*ends.back()) - seconds(*event);
-    ending.same = false;  // until their hash is told
-    for (const Json* hash : eventsNamed(core, "tiles hash"))
-      if (hash->at("args").at("map") == ending.map && seconds(*hash) >= seconds(*event) &&
-          seconds(*hash) <= seconds(*ends.back()))
-        ending.same = hash->at("args").at("hash") == args.at("hash");
+    if (event->at("args").at("map") != ending.map) continue;
+    if (seconds(*event) <= end)
+      begun = std::max(begun, seconds(*event));
+    else
+      changed = std::min(changed, seconds(*event));
   }
+  if (begun < 0) return ending;
+  ending.rest_s = end - begun;
+  // It may tell that only once it has time, when the robot has gone.
+  for (const Json* hash : eventsNamed(core, "tiles hash"))
+    if (hash->at("args").at("map") == ending.map && seconds(*hash) >= begun && seconds(*hash) < changed)
+      ending.same = hash->at("args").at("hash") == args.at("hash");
   return ending;
 }
 

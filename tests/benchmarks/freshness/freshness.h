@@ -4,6 +4,7 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,7 +32,8 @@ struct Ending {
   std::string map;
   size_t tiles = 0;
   double rest_s = 0;  ///< from the core's last change of the map until the robot's end
-  bool same = false;  ///< surfels of all tiles held are the core's, to the bit
+  /// Whether the surfels of all tiles held are the core's, to the bit; nothing if the core did not tell what it had.
+  std::optional<bool> same;
 };
 /// Of a robot whose reach is the whole map.
 Ending endingOf(const nlohmann::json& core, const nlohmann::json& robot);

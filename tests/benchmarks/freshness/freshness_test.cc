@@ -57,10 +57,14 @@ TEST(Freshness, ARobotEndsWithTheMapAsItWasThen) {
                      renewed(8.7, 6, {{0, 0, 0}}), hashed(8.8, 7)};
   const auto robot = [](int hash) { return Json{event(5.7, "end", {{"map", "m"}, {"hash", hash}, {"tiles", 1}})}; };
   const Ending ending = endingOf(core, robot(6));
-  EXPECT_TRUE(ending.same);
+  EXPECT_EQ(ending.same, true);
   EXPECT_NEAR(ending.rest_s, 3.0, 1e-6);
-  EXPECT_FALSE(endingOf(core, robot(5)).same);
-  EXPECT_FALSE(endingOf(core, robot(7)).same);
+  EXPECT_EQ(endingOf(core, robot(5)).same, false);
+  EXPECT_EQ(endingOf(core, robot(7)).same, false);
+  const Json later = {renewed(1.3, 2, {{0, 0, 0}}), hashed(6.4, 5), renewed(8.7, 6, {{0, 0, 0}}), hashed(8.8, 7)};
+  EXPECT_EQ(endingOf(later, robot(5)).same, true) << "told when the robot had gone";
+  const Json never = {renewed(1.3, 2, {{0, 0, 0}}), renewed(8.7, 6, {{0, 0, 0}}), hashed(8.8, 7)};
+  EXPECT_EQ(endingOf(never, robot(7)).same, std::nullopt);
 }
 
 }  // namespace

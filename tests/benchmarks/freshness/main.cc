@@ -106,9 +106,12 @@ int run(const Arguments& arguments) {
         "{:>4}: {:8.1f} kB of tiles, worst second {:7.1f} of {} kB; ends in {} with {} tiles, {}, {:.1f} s after it "
         "last changed\n",
         name, 1e-3 * static_cast<double>(down.bytes), 1e-3 * static_cast<double>(down.worst_second),
-        arguments.budget_kB_per_s, ending.map, ending.tiles, ending.same ? "all as the core's" : "NOT the core's",
+        arguments.budget_kB_per_s, ending.map, ending.tiles,
+        !ending.same   ? "not compared"
+        : *ending.same ? "all as the core's"
+                       : "NOT the core's",
         ending.rest_s);
-    good = good && down.worst_second <= budget;
+    good = good && down.worst_second <= budget && ending.same.value_or(false);
   }
   if (fresh.latency_s.empty())
     fmt::print(stderr,
