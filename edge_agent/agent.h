@@ -136,7 +136,7 @@ class Agent {
   bool had_peer_ = false;
   bool source_ended_ = false;
   bool finished_ = false;  // as last told
-  std::chrono::steady_clock::time_point last_hello_{}, last_status_{}, next_interest_{};
+  std::chrono::steady_clock::time_point last_hello_{}, last_status_{}, last_interest_{}, next_interest_{};
   uint32_t durable_below_ = 0;
   uint32_t mapped_below_ = 0;
   std::optional<std::chrono::steady_clock::time_point> waits_since_;  // of keyframes, or since some were acknowledged

@@ -14,6 +14,7 @@ using Json = nlohmann::json;
 
 constexpr double kInterestShare = 0.1;  // of the uplink, for telling which tiles are held
 constexpr std::chrono::seconds kHelloPeriod{1}, kStatusPeriod{1};
+constexpr std::chrono::seconds kInterestPeriod{2};  // at most, without frames too
 
 // Only for a trace.
 void noteHeld(const TileKey& key, uint64_t revision) {
@@ -39,6 +40,8 @@ void Agent::keepInTouch(std::chrono::steady_clock::time_point now) {
   }
   had_peer_ = peer;
   if (now - last_status_ >= kStatusPeriod) sendStatus(finished_);
+  // Others change the map also while this camera gives nothing.
+  if (now - last_interest_ >= kInterestPeriod) sendInterest();
 }
 
 std::chrono::duration<double> Agent::stalled() const {
@@ -128,6 +131,7 @@ Result<void> Agent::handle(const Delivery& delivery) {
 
 void Agent::sendInterest() {
   const auto now = std::chrono::steady_clock::now();
+  last_interest_ = now;
   if (!welcome_ || now < next_interest_) return;
   Interest interest;
   interest.robot = config_.robot;

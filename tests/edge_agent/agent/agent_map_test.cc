@@ -72,6 +72,24 @@ TEST_F(AgentMapTest, AsksForTilesWhileLost) {
   EXPECT_EQ(interests(), 5);
 }
 
+// Others go on mapping where it stands.
+TEST_F(AgentMapTest, AsksForTilesWhileItsCameraGivesNothing) {
+  config_.interest_every_frames = 1000;
+  WalkSource source(3, 0, 0, -1);
+  Agent agent = makeAgent(source);
+  ASSERT_TRUE(agent.hello());
+  acknowledge(0);
+  ASSERT_TRUE(agent.exchange(milliseconds(0)));
+  ASSERT_TRUE(agent.takeFrame());
+  (void)interests();
+  int asked = 0;
+  for (int i = 0; i < 400 && asked < 2; ++i) {
+    ASSERT_TRUE(agent.exchange(milliseconds(50)));
+    asked += interests();
+  }
+  EXPECT_EQ(asked, 2);
+}
+
 TEST_F(AgentMapTest, CarriedOffToAPlaceOfItsOwnItIsPlacedOnceTheCoreSaysSo) {
   WalkSource source(70, 30, 45, -1);
   source.carried_off = true;
