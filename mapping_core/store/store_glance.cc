@@ -4,10 +4,12 @@
 #include <filesystem>
 #include <functional>
 #include <future>
+#include <limits>
 #include <set>
 
 #include "mapping_core/store/keyframe_runs.h"
 #include "mapping_core/store/schema.h"
+#include "mapping_core/store/small_tables.h"
 #include "mapping_core/store/survey_keyframes.h"
 #include "mapping_core/store/survey_rows.h"
 #include "mapping_core/store/table_rows.h"
@@ -35,27 +37,6 @@ class Told {
   size_t count_ = 0;
 };
 
-// Tables whose rows are few or small; SQLite walks their trees and looks at every value.
-void checkSmallTables(Database& database, std::vector<std::string>& damage) {
-  for (const char* sql :
-       {"PRAGMA main.quick_check(meta)", "PRAGMA main.quick_check(robots)", "PRAGMA main.quick_check(keyframes)",
-        "PRAGMA main.quick_check(poses)", "PRAGMA main.quick_check(merges)", "PRAGMA main.quick_check(merge_robots)",
-        "PRAGMA main.quick_check(merge_voters)"}) {
-    auto query = database.query(sql);
-    if (!query) {
-      damage.push_back(query.error().text);
-      continue;
-    }
-    for (size_t told = 0; told < kTold; ++told) {
-      const auto row = query->step();
-      if (!row) damage.push_back(std::string(sql) + " ends early: " + row.error().text);
-      if (!row || !*row) break;
-      const std::string text = query->text();
-      if (text != "ok") addLines("SQLite: ", text, damage);
-    }
-  }
-}
-
 struct SumCheck {
   const char* what;
   const char* sql;  // yields the number, or the name, of each row that does not fit its checksum
@@ -71,9 +52,22 @@ constexpr SumCheck kSmall[] = {
     COMAP_UNSOUND("a robot of merge", "merge_robots", "merge", COMAP_MERGE_ROBOT_ROW),
     COMAP_UNSOUND("a voter of merge", "merge_voters", "merge", COMAP_MERGE_VOTER_ROW),
 };
-constexpr SumCheck kLarge[] = {
-    COMAP_UNSOUND("edge", "edges", "number", COMAP_EDGE_ROW),
-    COMAP_UNSOUND("verdict", "verdicts", "number", COMAP_VERDICT_ROW),
+
+// A table that is too large for SQLite's check. Its index tells how many rows it has: a page that no longer counts some
+// of its rows hides them without a word.
+struct LargeTable {
+  const char* what;
+  const char* sql;      // number of each row, by number, and whether it fits its checksum
+  const char* entries;  // yields how many the index has
+};
+#define COMAP_LARGE(what, table, index, row)                                       \
+  LargeTable {                                                                     \
+    what, "SELECT number, " COMAP_IS_SOUND(row) " FROM " table " ORDER BY number", \
+        "SELECT count(*) FROM main." table " INDEXED BY " index                    \
+  }
+constexpr LargeTable kLarge[] = {
+    COMAP_LARGE("edge", "edges", "sqlite_autoindex_edges_1", COMAP_EDGE_ROW),
+    COMAP_LARGE("verdict", "verdicts", "verdicts_by_reason", COMAP_VERDICT_ROW),
 };
 
 // Goes through the rows of a statement; what keeps it from the end is damage.
@@ -87,21 +81,63 @@ size_t eachRow(Database& database, const char* what, const char* sql, std::vecto
   return rows;
 }
 
-void checkSums(Database& database, std::span<const SumCheck> checks, std::vector<std::string>& damage) {
-  for (const SumCheck& check : checks) {
+void checkSums(Database& database, std::vector<std::string>& damage) {
+  for (const SumCheck& check : kSmall) {
     Told unsound("of the same kind", damage);
     eachRow(database, check.what, check.sql, damage,
             [&](Query& row) { unsound.add(std::string(check.what) + " " + row.text() + ": " + kUnsound); });
   }
 }
 
-// On a connection of its own, beside the rest: a row and its checksum are of one moment in any case.
+// Says so if a table has not as many rows as its index has entries.
+void compareCounts(Database& database, const std::string& what, size_t rows, const char* entries,
+                   std::vector<std::string>& damage) {
+  const auto told = database.integer(entries);
+  if (!told)
+    damage.push_back("the index of the " + what + "s: " + told.error().text);
+  else if (*told != static_cast<int64_t>(rows))
+    damage.push_back(what + "s: " + std::to_string(rows) + " can be read, and their index tells of " +
+                     std::to_string(*told));
+}
+
+void checkLargeTable(Database& database, const LargeTable& table, std::vector<std::string>& damage) {
+  Told unsound("of the same kind", damage);
+  int64_t last = std::numeric_limits<int64_t>::min();
+  bool in_order = true;
+  const size_t rows = eachRow(database, table.what, table.sql, damage, [&](Query& row) {
+    const int64_t number = row.integer();
+    in_order = in_order && number > last;
+    last = number;
+    if (row.integer() != 1) unsound.add(std::string(table.what) + " " + std::to_string(number) + ": " + kUnsound);
+  });
+  if (!in_order) damage.push_back(std::string(table.what) + "s: " + kOutOfOrder);
+  compareCounts(database, table.what, rows, table.entries, damage);
+}
+
+// On a connection of its own, beside the rest: a table and its index are of one moment, as are all its rows.
 std::vector<std::string> checkLargeTables(const std::string& path) {
   std::vector<std::string> damage;
   auto database = openDamaged(path);
   if (!database) return {database.error().text};
-  checkSums(*database, kLarge, damage);
+  if (hasLog(*database))
+    if (auto begun = database->execute("BEGIN"); !begun) return {begun.error().text};
+  for (const LargeTable& table : kLarge) checkLargeTable(*database, table, damage);
   return damage;
+}
+
+// None is read: they are in order, and of keyframes that are there. `numbers`: of all keyframes.
+void checkMessageNumbers(Database& database, const std::vector<int64_t>& numbers, std::vector<std::string>& damage) {
+  Told strangers("messages of no keyframe", damage);
+  const std::set<int64_t> known(numbers.begin(), numbers.end());
+  int64_t last = std::numeric_limits<int64_t>::min();
+  bool in_order = true;
+  eachRow(database, "pictures", "SELECT keyframe FROM keyframe_messages ORDER BY keyframe", damage, [&](Query& row) {
+    const int64_t number = row.integer();
+    in_order = in_order && number > last;
+    last = number;
+    if (!known.contains(number)) strangers.add("message " + std::to_string(number) + ": there is no such keyframe");
+  });
+  if (!in_order) damage.push_back(std::string("pictures: ") + kOutOfOrder);
 }
 
 void lookAtKeyframes(Database& database, StoreGlance& glance, KeyframeRuns& known, std::vector<int64_t>& numbers) {
@@ -122,6 +158,7 @@ void lookAtKeyframes(Database& database, StoreGlance& glance, KeyframeRuns& know
           "keyframe = arrival)",
           glance.damage,
           [&](Query& row) { missing.add("keyframe " + toString(row.keyframeId()) + ": its message is not there"); });
+  checkMessageNumbers(database, numbers, glance.damage);
   Told poses("poses of no keyframe", glance.damage);
   eachRow(database, "poses",
           "SELECT keyframe FROM poses WHERE NOT EXISTS (SELECT 1 FROM keyframes WHERE arrival = keyframe)",
@@ -166,6 +203,11 @@ void readSomeTiles(Database& database, size_t most, StoreGlance& glance) {
   eachRow(database, "tiles", "SELECT number FROM main.tiles INDEXED BY sqlite_autoindex_tiles_1", glance.damage,
           [&](Query& row) { numbers.push_back(row.integer()); });
   glance.tiles = numbers.size();
+  const auto rows = database.integer("SELECT count(*) FROM main.tiles NOT INDEXED");
+  if (!rows || *rows != static_cast<int64_t>(numbers.size()))
+    glance.damage.push_back(rows ? "tiles: there are " + std::to_string(*rows) + ", and their index tells of " +
+                                       std::to_string(numbers.size())
+                                 : "tiles: " + rows.error().text);
   std::sort(numbers.begin(), numbers.end());
   for (const int64_t number : spread(numbers, most)) {
     auto query = database.query("SELECT surfels, zstd, " COMAP_IS_SOUND(COMAP_TILE_ROW) " FROM tiles WHERE number = ?");
@@ -177,6 +219,8 @@ void readSomeTiles(Database& database, size_t most, StoreGlance& glance) {
       const int64_t count = query->integer();
       if (const auto surfels = decompressSurfels(query->bytes(), count); !surfels) whole = surfels.error();
       if (query->integer() != 1) whole = Error{ErrorCode::kBadData, kUnsound};
+    } else {
+      whole = Error{ErrorCode::kBadData, "its index tells of it, and it is not there"};
     }
     if (!whole) glance.damage.push_back("tile " + std::to_string(number) + ": " + whole.error().text);
     ++glance.tiles_read;
@@ -196,7 +240,7 @@ Result<void> glanceAt(Database& database, size_t most_read, StoreGlance& glance)
   remarkCompactDue(database, glance.remarks);
   auto large = std::async(std::launch::async, checkLargeTables, path);
   checkSmallTables(database, glance.damage);
-  checkSums(database, kSmall, glance.damage);
+  checkSums(database, glance.damage);
   KeyframeRuns known;
   std::vector<int64_t> numbers;
   lookAtKeyframes(database, glance, known, numbers);

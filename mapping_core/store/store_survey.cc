@@ -7,6 +7,7 @@
 #include "mapping_core/store/packed_numbers.h"
 #include "mapping_core/store/record_rows.h"
 #include "mapping_core/store/schema.h"
+#include "mapping_core/store/small_tables.h"
 #include "mapping_core/store/survey_indexes.h"
 #include "mapping_core/store/survey_keyframes.h"
 #include "mapping_core/store/survey_rows.h"
@@ -136,10 +137,12 @@ void readVerdicts(Database& database, const std::vector<WholeKeyframe>& keyframe
               found.verdicts);
 }
 
-BesideEdges readBesideEdges(Database& database, const std::vector<WholeKeyframe>& keyframes, bool indexes) {
+BesideEdges readBesideEdges(Database& database, const std::vector<WholeKeyframe>& keyframes, bool by_rows) {
   BesideEdges found;
   readVerdicts(database, keyframes, found);
-  if (indexes) found.indexes = readIndexes(database);
+  if (!by_rows) return found;
+  checkSmallTables(database, found.damage);
+  found.indexes = readIndexes(database);
   return found;
 }
 
@@ -173,6 +176,13 @@ void readTiles(Database& database, StoreSurvey& survey) {
   KeptRows kept;
   surveyTable(database, "tile", COMAP_TABLE_ROWS("tiles", "number", "surfels, zstd, " COMAP_IS_SOUND(COMAP_TILE_ROW)),
               check, survey.damage, kept);
+  // Rows that their page no longer counts are missed by their index alone, and the other way round.
+  const auto entries = database.integer("SELECT count(*) FROM main.tiles INDEXED BY sqlite_autoindex_tiles_1");
+  if (!entries)
+    survey.damage.push_back("the index of the tiles: " + entries.error().text);
+  else if (kept.all() && *entries != static_cast<int64_t>(kept.size()))
+    survey.damage.push_back("tiles: " + std::to_string(kept.size()) + " can be read, and their index tells of " +
+                            std::to_string(*entries));
 }
 
 // Of tables that are whole: of others, rows are copied one by one, and their indexes made anew.

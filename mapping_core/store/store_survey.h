@@ -57,9 +57,9 @@ bool copyUnseen(const std::string& damaged, const std::string& path);
 /// Writes all that is whole into a new store at `path`, and nothing that is there is looked at; tiles are left to
 /// whoever computes the maps anew. `copied`: copyUnseen() has made a store there; of it, tables that are whole stay.
 /// Odometry edges that are lost are taken from the keyframes themselves; across a keyframe that is not there, from the
-/// poses of those around it, if they stood in one map and odometry agrees. Closures of a merge that is lost are left out:
-/// their verdicts can join the maps again. What fails or is interrupted leaves half a store, so that it should get its
-/// name afterwards.
+/// poses of those around it, if they stood in one map and odometry agrees. Closures of a merge that is lost are left
+/// out: their verdicts can join the maps again. What fails or is interrupted leaves half a store, so that it should get
+/// its name afterwards.
 Result<void> saveWhole(const StoreSurvey& survey, const std::string& path, bool copied = false);
 
 }  // namespace comap

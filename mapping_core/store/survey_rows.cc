@@ -66,11 +66,6 @@ Result<bool> checkOne(Database& database, const char* one, int64_t number, const
   return true;
 }
 
-bool hasLog(Database& database) {
-  auto mode = database.query("PRAGMA journal_mode");
-  return mode && mode->step() && mode->text() == "wal";
-}
-
 // Returns the number from which on rows are to be asked for one by one, as the tree itself is damaged; nothing if all
 // could be read.
 std::optional<int64_t> goAlong(Database& database, const char* all, const RowCheck& check, KeptRows& kept,
@@ -121,6 +116,11 @@ Asked askForEach(Database& database, const TableRows& rows, int64_t first, const
 }
 
 }  // namespace
+
+bool hasLog(Database& database) {
+  auto mode = database.query("PRAGMA journal_mode");
+  return mode && mode->step() && mode->text() == "wal";
+}
 
 std::string cutOffText(const std::string& path) {
   constexpr std::streamoff kPageSizeAt = 16, kPagesAt = 28;
@@ -238,6 +238,8 @@ size_t surveyTable(Database& database, const std::string& what, const TableRows&
         damage.push_back(what + "s: none can be read" + why);
         return 0;
       }
+      // Each row that is asked for may be whole and the others be nowhere: then no failure tells of it.
+      damage.push_back(what + "s: " + kOutOfOrder);
       if (!asked.known) damage.push_back(what + "s: how many there are cannot be read" + why);
     }
     failed = failures.count();

@@ -18,6 +18,9 @@ Result<Database> openDamaged(const std::string& path);
 /// on; false: it is not, and nothing was done.
 Result<bool> showAsNewest(Database& database, const std::string& schema, const std::string& prefix);
 
+/// Whether a core may write on while a transaction is held here; without a log it could not start.
+bool hasLog(Database& database);
+
 /// Calls `look` with a store in which all is of one moment, though a core writes meanwhile: table by table, edges would
 /// come without their keyframes. It is called again if a core has begun to write since.
 Result<void> atOneMoment(const std::string& path, const std::function<Result<void>(Database&)>& look);
@@ -37,6 +40,9 @@ void remarkCompactDue(Database& database, std::vector<std::string>& remarks);
 
 /// Why a row is not taken that does not fit its checksum.
 inline constexpr const char* kUnsound = "its checksum is not that of its values";
+
+/// Of a table that is not in order, so that rows may be neither found nor missed by their number.
+inline constexpr const char* kOutOfOrder = "their table cannot be read in order to its end, rows may be missing";
 
 /// That of columns as Query::rowState() takes them neither is wrong; else kBadData.
 Result<void> checkRow(const Query& row, std::string_view types);

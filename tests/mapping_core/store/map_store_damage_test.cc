@@ -14,13 +14,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr size_t kMessageBytes = 40000;  // whole pages, of which nothing is nobody's
+
 class MapStoreDamageTest : public StoreTest {
  protected:
   void fill() {
     auto store = create();
     ASSERT_TRUE(store);
     for (uint32_t i = 0; i < 12; ++i) {
-      ASSERT_TRUE(*store->addKeyframe(idOf(i), i, bytesOf(i, 9000)));
+      ASSERT_TRUE(*store->addKeyframe(idOf(i), i, bytesOf(i, kMessageBytes)));
       ASSERT_TRUE(store->setPoses("m", {{idOf(i), poseOf(i)}}));
       if (i > 0) {
         ASSERT_TRUE(store->addEdge({idOf(i - 1), idOf(i), EdgeKind::kOdometry, poseOf(i), matrixOf(i)}));
@@ -53,7 +55,7 @@ class MapStoreDamageTest : public StoreTest {
       if (!bytes) {
         fine = check(bytes.error()) && fine;
       } else {
-        EXPECT_EQ(*bytes, bytesOf(i, 9000)) << "damage handed out as data";
+        EXPECT_EQ(*bytes, bytesOf(i, kMessageBytes)) << "damage handed out as data";
       }
     }
     note(store->edges());
@@ -127,7 +129,6 @@ TEST_F(MapStoreDamageTest, whatIsNoMapStoreIsLeftAlone) {
 }
 
 TEST_F(MapStoreDamageTest, anyFlippedByteIsNoticedOrHarmless) {
-  makeSmallPages(path_);
   fill();
   const std::string good = content();
   ASSERT_TRUE(readAll());

@@ -14,7 +14,8 @@
 
 namespace comap {
 
-inline constexpr size_t kSmallPageBytes = 4096;
+inline constexpr size_t kNewPageBytes = 16384;   // of stores that are made now
+inline constexpr size_t kSmallPageBytes = 4096;  // of those of earlier releases
 
 class StoreTest : public ::testing::Test {
  protected:
@@ -32,8 +33,7 @@ class StoreTest : public ::testing::Test {
   Result<MapStore> create() { return MapStore::open(path_, MapStore::Mode::kCreateOrOpen); }
   Result<MapStore> read() { return MapStore::open(path_, MapStore::Mode::kReadOnly); }
 
-  // The store that is made there has pages as those of earlier releases: more of them for few rows, and fewer bytes
-  // that are nobody's.
+  // The store that is made there has pages as those of earlier releases.
   static void makeSmallPages(const std::filesystem::path& path) {
     sqlite3* db = nullptr;
     ASSERT_EQ(sqlite3_open(path.c_str(), &db), SQLITE_OK);

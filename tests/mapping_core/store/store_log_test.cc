@@ -16,14 +16,13 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr size_t kHeadBytes = 32, kFrameBytes = 24 + kSmallPageBytes;
+constexpr size_t kHeadBytes = 32, kFrameBytes = 24 + kNewPageBytes;
 
 class StoreLogTest : public StoreTest {
  protected:
   // As a killed core leaves it: nothing of ten settings is in the file itself.
   void SetUp() override {
     StoreTest::SetUp();
-    makeSmallPages(folder_ / "core.comap");
     ASSERT_TRUE(MapStore::open(folder_ / "core.comap", MapStore::Mode::kCreateOrOpen));  // closed: its tables are there
     auto store = MapStore::open(folder_ / "core.comap", MapStore::Mode::kCreateOrOpen);
     ASSERT_TRUE(store);
@@ -66,7 +65,7 @@ TEST_F(StoreLogTest, WhatIsLeftOfAnEarlierRoundIsNothing) {
   ASSERT_TRUE(store);
   {
     auto database = Database::open((folder_ / "core.comap").string(), SQLITE_OPEN_READWRITE);
-    ASSERT_TRUE(store->setMeta("a", std::string(90000, 'b')));
+    ASSERT_TRUE(store->setMeta("a", std::string(300000, 'b')));
     ASSERT_TRUE(database->execute("PRAGMA wal_checkpoint(RESTART)"));
     ASSERT_TRUE(store->setMeta("a", "c"));
   }
