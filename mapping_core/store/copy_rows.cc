@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "mapping_core/store/schema.h"
+#include "mapping_core/store/stray_messages.h"
 #include "mapping_core/store/survey_keyframes.h"
 #include "mapping_core/store/survey_rows.h"
 #include "protocol/codec/message_checksum.h"
@@ -149,8 +150,11 @@ Result<void> copyKeyframes(Database& to, const StoreSurvey& survey) {
   const std::string there = " AND arrival IN (SELECT keyframe FROM main.keyframe_messages)";
   for (const Source& source : {Source{"keyframe_messages", "keyframe", "", survey.messages, all},
                                Source{"keyframes", "arrival", there, survey.descriptions, all},
-                               Source{"poses", "keyframe", "", survey.poses, all}})
+                               Source{"poses", "keyframe", "", survey.poses, all}}) {
     if (auto copied = copyTable(to, source); !copied) return copied;
+    if (source.table != "keyframe_messages") continue;
+    if (auto copied = copyStrays(to, survey); !copied) return copied;  // the next table's condition sees them
+  }
   return {};
 }
 

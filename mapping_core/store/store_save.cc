@@ -6,8 +6,6 @@
 #include "mapping_core/store/copy_rows.h"
 #include "mapping_core/store/merge_again.h"
 #include "mapping_core/store/store_survey.h"
-#include "mapping_core/store/survey_keyframes.h"
-#include "mapping_core/store/survey_rows.h"
 #include "protocol/codec/keyframe_codec.h"
 
 namespace comap {
@@ -38,8 +36,8 @@ Result<void> saveLostPoses(const StoreSurvey& survey, MapStore& to) {
   return {};
 }
 
-Result<Keyframe> decoded(Database& from, const WholeKeyframe& keyframe) {
-  const auto message = messageOf(from, keyframe.stored.arrival);
+Result<Keyframe> decoded(const MapStore& store, const WholeKeyframe& keyframe) {
+  const auto message = store.encodedKeyframe(keyframe.stored.id);
   if (!message) return message.error();
   return decodeKeyframeWithoutImages(*message);
 }
@@ -56,16 +54,16 @@ using Mapped = std::map<KeyframeId, const WholeKeyframe*>;
 // The tie of a keyframe whose message names one that is not there, or not mapped: to the last one before that of its
 // session, if both stood in one map. What the missing one hung on is known to its robot alone; where the two stood, the
 // map has kept. As uncertain as if each keyframe between them were tied as this one is.
-Result<void> saveTieAcrossGap(const WholeKeyframe& behind, const Mapped& mapped, Database& from, MapStore& to) {
+Result<void> saveTieAcrossGap(const WholeKeyframe& behind, const Mapped& mapped, MapStore& to) {
   const KeyframeId& id = behind.stored.id;
   auto found = mapped.lower_bound({id.robot, id.session, behind.linked_to});
   if (behind.stored.map.empty() || found == mapped.begin()) return {};
   const WholeKeyframe& before = *(--found)->second;
   const KeyframeId& previous = before.stored.id;
   if (previous.robot != id.robot || previous.session != id.session || before.stored.map != behind.stored.map) return {};
-  const auto first = decoded(from, before);
+  const auto first = decoded(to, before);
   if (!first) return first.error();
-  const auto second = decoded(from, behind);
+  const auto second = decoded(to, behind);
   if (!second) return second.error();
   const Pose T_before_behind = before.stored.T_map_cam.inverse() * behind.stored.T_map_cam;
   if (!agree(first->T_odom_cam.inverse() * second->T_odom_cam, T_before_behind)) return {};
@@ -74,7 +72,7 @@ Result<void> saveTieAcrossGap(const WholeKeyframe& behind, const Mapped& mapped,
 }
 
 // The odometry edges that the messages tell of and the table does not.
-Result<void> saveLostTies(const StoreSurvey& survey, Database& from, MapStore& to) {
+Result<void> saveLostTies(const StoreSurvey& survey, MapStore& to) {
   Mapped mapped;
   for (const WholeKeyframe& keyframe : survey.keyframes)
     if (isMapped(keyframe)) mapped.emplace(keyframe.stored.id, &keyframe);
@@ -83,10 +81,10 @@ Result<void> saveLostTies(const StoreSurvey& survey, Database& from, MapStore& t
     const KeyframeId previous{id.robot, id.session, keyframe.linked_to};
     if (!keyframe.linked || keyframe.tied || !mapped.contains(id)) continue;
     if (!mapped.contains(previous)) {
-      if (auto saved = saveTieAcrossGap(keyframe, mapped, from, to); !saved) return saved;
+      if (auto saved = saveTieAcrossGap(keyframe, mapped, to); !saved) return saved;
       continue;
     }
-    const auto told = decoded(from, keyframe);
+    const auto told = decoded(to, keyframe);
     if (!told) return told.error();
     if (auto added = to.addEdge({previous, id, EdgeKind::kOdometry, told->T_link_this, told->information}); !added)
       return added;
@@ -99,8 +97,6 @@ Result<void> saveLostTies(const StoreSurvey& survey, Database& from, MapStore& t
 Result<void> saveWhole(const StoreSurvey& survey, const std::string& path, bool copied) {
   const std::string absolute = std::filesystem::absolute(path).string();
   if (auto done = copyWholeRows(survey, absolute, copied); !done) return done;
-  auto from = openDamaged(survey.path);
-  if (!from) return from.error();
   auto to = MapStore::open(absolute, MapStore::Mode::kOpen);
   if (!to) return to.error();
   auto transaction = to->begin();
@@ -108,7 +104,7 @@ Result<void> saveWhole(const StoreSurvey& survey, const std::string& path, bool 
   if (auto saved = saveMeta(survey, *to); !saved) return saved;
   if (auto saved = saveLostPoses(survey, *to); !saved) return saved;
   if (auto removed = to->removeClosuresOfNone(); !removed) return removed;
-  if (auto saved = saveLostTies(survey, *from, *to); !saved) return saved;
+  if (auto saved = saveLostTies(survey, *to); !saved) return saved;
   return transaction->commit();
 }
 

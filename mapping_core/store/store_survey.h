@@ -9,6 +9,7 @@
 
 #include "mapping_core/store/kept_rows.h"
 #include "mapping_core/store/map_store.h"
+#include "protocol/storage/leaf_rows.h"
 
 namespace comap {
 
@@ -27,6 +28,7 @@ struct StoreSurvey {
   std::map<std::string, std::string> meta;
   std::vector<WholeKeyframe> keyframes;                                 ///< in the store's order
   KeptRows descriptions, messages, poses, edges, verdicts, merge_rows;  ///< `descriptions`: that messages agree with
+  std::map<int64_t, LeafRow> strays;  ///< where messages are that no page leads to, by arrival; in none of `messages`
   std::vector<MergeRecord> merges;
   size_t tiles = 0;
   size_t lost_keyframes = 0;  ///< as far as can be told

@@ -6,10 +6,12 @@
 #include <unordered_set>
 
 #include "mapping_core/store/keyframe_runs.h"
+#include "mapping_core/store/stray_messages.h"
 #include "mapping_core/store/survey_rows.h"
 #include "mapping_core/store/table_rows.h"
 #include "protocol/codec/keyframe_codec.h"
 #include "protocol/codec/message_checksum.h"
+#include "protocol/types/counted.h"
 
 namespace comap {
 namespace {
@@ -120,6 +122,28 @@ void remarkGaps(const std::map<std::pair<std::string, uint64_t>, std::map<uint32
   }
 }
 
+// What SQLite did not come upon is among the keyframes now; all of them stand by their number again.
+void addStrays(StoreSurvey& survey) {
+  survey.damage.push_back(counted(survey.strays.size(), "message") +
+                          " of keyframes to which no page leads any more: whole");
+  survey.lost_keyframes -= std::min(survey.lost_keyframes, survey.strays.size());
+  survey.messages.leaveOrder();
+  std::sort(survey.keyframes.begin(), survey.keyframes.end(),
+            [](const WholeKeyframe& a, const WholeKeyframe& b) { return a.stored.arrival < b.stored.arrival; });
+  KeptRows descriptions;
+  descriptions.leaveOrder();
+  int64_t next = 0;
+  for (const WholeKeyframe& keyframe : survey.keyframes) {
+    if (keyframe.stored.arrival != next) descriptions.skip();
+    next = int64_t{keyframe.stored.arrival} + 1;
+    if (keyframe.described)
+      descriptions.add(keyframe.stored.arrival);
+    else
+      descriptions.skip();
+  }
+  survey.descriptions = descriptions;
+}
+
 }  // namespace
 
 void surveyKeyframes(Database& database, StoreSurvey& survey, IndexEntries& entries,
@@ -128,11 +152,7 @@ void surveyKeyframes(Database& database, StoreSurvey& survey, IndexEntries& entr
   std::map<std::pair<std::string, uint64_t>, std::map<uint32_t, uint32_t>> skipped;
   std::unordered_set<int64_t> seen;
   KeyframeRuns ids;
-  const auto check = [&](int64_t arrival, Query& row) -> Result<void> {
-    seen.insert(arrival);
-    if (progress) progress(std::min(seen.size(), descriptions.size()), descriptions.size());
-    if (!row.areOf("b")) return mistyped();
-    const auto message = row.bytes();
+  const auto take = [&](int64_t arrival, std::span<const uint8_t> message) -> Result<void> {
     const auto found = descriptions.find(arrival);
     const Description* description = found == descriptions.end() ? nullptr : &found->second;
     auto read = readMessage(message, description);
@@ -153,9 +173,22 @@ void surveyKeyframes(Database& database, StoreSurvey& survey, IndexEntries& entr
     survey.keyframes.push_back(std::move(read->whole));
     return {};
   };
+  const auto check = [&](int64_t arrival, Query& row) -> Result<void> {
+    seen.insert(arrival);
+    if (progress) progress(std::min(seen.size(), descriptions.size()), descriptions.size());
+    return row.areOf("b") ? take(arrival, row.bytes()) : mistyped();
+  };
   survey.lost_keyframes =
       surveyTable(database, "keyframe", COMAP_TABLE_ROWS("keyframe_messages", "keyframe", "encoded"), check,
                   survey.damage, survey.messages);
+  std::map<int64_t, int64_t> missing;
+  for (const auto& [arrival, description] : descriptions)
+    if (!seen.contains(arrival)) missing[arrival] = description.bytes;
+  if (!missing.empty())
+    survey.strays = findStrays(survey.path, missing, [&](int64_t arrival, std::span<const uint8_t> message) {
+      return bool(take(arrival, message));
+    });
+  if (!survey.strays.empty()) addStrays(survey);
   for (const auto& [arrival, description] : descriptions) {
     if (ids.contains(description.id) || seen.contains(arrival)) continue;
     survey.damage.push_back("keyframe " + toString(description.id) + ": its message is not there");

@@ -112,6 +112,7 @@ std::optional<LeafRow> LeafRows::rowAt(std::span<const uint8_t> page, uint32_t n
   const auto row_number = size ? takeNumber(rest) : std::nullopt;
   if (!row_number || *size > uint64_t{pages_} * page_bytes_) return std::nullopt;
   LeafRow row;
+  row.number = static_cast<int64_t>(*row_number);
   row.size = *size;
   row.local_size = localBytes(*size, page_bytes_);
   const bool goes_on = row.local_size < row.size;

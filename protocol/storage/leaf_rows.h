@@ -20,6 +20,7 @@ struct LeafRow {
     int64_t integer = 0;
     uint64_t offset = 0, size = 0;  ///< of a blob, within the row
   };
+  int64_t number = 0;
   std::vector<Column> columns;
   uint64_t size = 0;  ///< of all columns and what tells their kinds
   // Where that is: so many bytes from this place of the file on, the others in a chain of pages.

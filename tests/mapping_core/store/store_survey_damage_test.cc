@@ -39,7 +39,7 @@ TEST_F(StoreSurveyTest, EachPageInTurn) {
   }
   const size_t pages = whole.size() / kPageBytes;
   ASSERT_GT(pages, 40u);
-  size_t unreadable = 0, kept = 0, looked = 0;
+  size_t unreadable = 0, least = kKeyframes, looked = 0;
   for (size_t page = 0; page < pages; page += page < 20 ? 1 : 5) {  // first those with tables' roots
     std::string damaged = whole;
     const std::vector<uint8_t> noise = bytesOf(uint32_t(page), kPageBytes);
@@ -67,13 +67,13 @@ TEST_F(StoreSurveyTest, EachPageInTurn) {
     EXPECT_EQ(by_rows.edges.size(), again.edges.size()) << "page " << page;
     EXPECT_EQ(by_rows.verdicts.size(), again.verdicts.size()) << "page " << page;
     EXPECT_EQ(by_rows.merges.size(), again.merges.size()) << "page " << page;
-    kept += again.keyframes.size();
+    least = std::min(least, again.keyframes.size());
     ++looked;
   }
   EXPECT_GT(copies_, 0u) << "some damage SQLite does not come upon";
   EXPECT_LT(copies_, 2 * looked);
   EXPECT_LE(unreadable, 4u) << "only the pages with the schema hide all";
-  EXPECT_GE(kept, looked * (kKeyframes - 2)) << "a page hides one keyframe, or all if it is the root of their table";
+  EXPECT_GE(least, kKeyframes - 2) << "a page hides those that begin on it";
 }
 
 // An index that can be read but says something else than its table: the rows are saved, the index is made anew.
