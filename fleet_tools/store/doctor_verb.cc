@@ -7,6 +7,7 @@
 #include "fleet_tools/command_line/text_table.h"
 #include "fleet_tools/command_line/verb.h"
 #include "fleet_tools/store/record_json.h"
+#include "mapping_core/store/schema.h"
 #include "mapping_core/store/store_glance.h"
 #include "mapping_core/store/store_leavings.h"
 #include "mapping_core/store/store_survey.h"
@@ -80,9 +81,16 @@ void print(const StoreGlance& glance) {
   printFound(glance.path, glance.remarks, glance.damage);
 }
 
+// Of a file of which nothing can be told. One whose first page says that it is of another version cannot be saved.
+Error advised(const std::string& store, Error error) {
+  if (error.code == ErrorCode::kBadData && !storeVersionOf(store))
+    error.text += "; if it was a map store, 'fleet recover " + store + " --out NEW' looks for what is whole";
+  return error;
+}
+
 template <class Found>
-int tell(Result<Found> found, bool taken_back, bool json) {
-  if (!found) return failWith(found.error());
+int tell(const std::string& store, Result<Found> found, bool taken_back, bool json) {
+  if (!found) return failWith(advised(store, found.error()));
   if (taken_back)
     found->remarks.insert(found->remarks.begin(),
                           "its writer was killed within a change, as it opened or closed the store: that change is "
@@ -100,12 +108,12 @@ int run(const DoctorArguments& arguments) {
   std::error_code none;
   const uintmax_t bytes = std::filesystem::file_size(arguments.store, none);
   if (!arguments.full && !none && bytes > kSmallBytes)
-    return tell(glanceAtStore(arguments.store), taken_back, arguments.json);
+    return tell(arguments.store, glanceAtStore(arguments.store), taken_back, arguments.json);
   auto survey = [&] {
     Progress progress("reading keyframes");
     return surveyStore(arguments.store, [&](size_t done, size_t all) { progress.show(done, all); });
   }();
-  return tell(std::move(survey), taken_back, arguments.json);
+  return tell(arguments.store, std::move(survey), taken_back, arguments.json);
 }
 
 }  // namespace

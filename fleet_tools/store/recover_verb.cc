@@ -9,6 +9,7 @@
 #include "fleet_tools/store/record_json.h"
 #include "fleet_tools/store/store_change.h"
 #include "fleet_tools/store/store_draft.h"
+#include "mapping_core/store/lent_schema.h"
 #include "mapping_core/store/store_leavings.h"
 #include "mapping_core/store/store_lock.h"
 #include "mapping_core/store/store_survey.h"
@@ -20,6 +21,12 @@ struct RecoverArguments {
   std::string damaged;
   StoreChange change;  // of the new store
 };
+
+// Whether nothing can be told of it but that it is damaged, as where its first page is.
+bool tellsNothing(const Result<StoreSurvey>& survey) {
+  if (!survey) return survey.error().code == ErrorCode::kBadData;
+  return survey->keyframes.empty() && !survey->damage.empty();
+}
 
 // It is copied while it is looked at: most stores are whole but for a few rows, if any.
 Result<StoreSurvey> save(const RecoverArguments& arguments) {
@@ -34,12 +41,16 @@ Result<StoreSurvey> save(const RecoverArguments& arguments) {
     std::fprintf(stderr, "fleet: %s: its writer was killed within a change, which is not saved\n",
                  printable(arguments.damaged).c_str());
   auto copied = std::async(std::launch::async, copyUnseen, *source, draft->path());
-  auto survey = [&] {
-    Progress progress("reading keyframes");
-    const auto show = [&](size_t done, size_t all) { progress.show(done, all); };
-    return surveyStore(*source, show, SurveyDepth::kRows);
-  }();
+  auto progress = std::make_unique<Progress>("reading keyframes");
+  const auto show = [&](size_t done, size_t all) { progress->show(done, all); };
+  auto survey = surveyStore(*source, show, SurveyDepth::kRows);
   const bool is_copied = copied.get();
+  if (!is_copied && tellsNothing(survey)) {
+    const auto copy = *source == arguments.damaged ? draft->copySource() : source;
+    if (!copy) return copy.error();
+    if (auto lent = surveyWithLentSchema(*copy, show)) survey = std::move(*lent);
+  }
+  progress.reset();
   if (!survey) return survey;
   if (survey->keyframes.empty() && !survey->damage.empty())
     return Error{ErrorCode::kProblem, arguments.damaged + ": no keyframe can be saved, " +

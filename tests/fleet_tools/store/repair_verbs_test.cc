@@ -75,6 +75,23 @@ TEST_F(RepairVerbs, aStoreIsNotSavedOverItself) {
   EXPECT_EQ(nlohmann::json::parse(fleet("info --json " + half).out)["keyframes"], 6);
 }
 
+TEST_F(RepairVerbs, aStoreWithoutItsFirstPageIsSaved) {
+  fillWhole();
+  const std::string saved = (folder_ / "saved.comap").string();
+  std::fstream(store_, std::ios::in | std::ios::out | std::ios::binary) << std::string(16384, 'x');
+  const std::string damaged = contentOf(store_);
+  const Outcome told = fleet("doctor " + store_);
+  EXPECT_EQ(told.code, 3);
+  EXPECT_NE(told.err.find("'fleet recover " + store_ + " --out NEW' looks for what is whole"), std::string::npos);
+  const Outcome outcome = fleet("recover --later " + store_ + " --out " + saved);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("damage: the file's first page: read with that of a new store"), std::string::npos);
+  EXPECT_NE(outcome.out.find("whole: 1 keyframes"), std::string::npos) << outcome.out;
+  EXPECT_EQ(fleet("doctor " + saved).code, 0);
+  EXPECT_EQ(contentOf(store_), damaged);
+  EXPECT_EQ(entries(), (std::set<std::string>{"map.comap", "saved.comap"}));
+}
+
 TEST_F(RepairVerbs, aChangeThatWasHalfDoneIsTakenBackInTheCopyThatIsSaved) {
   fillWhole();
   const std::string killed = killedCopy(), saved = (folder_ / "saved.comap").string();
