@@ -17,8 +17,8 @@ Eigen::Vector2d distorted(const Lens& lens, double x, double y) {
 
 CameraModel vga(double f) { return {f, f, 319.5, 239.5, 640, 480}; }
 
-CameraProfile profile(const std::string& name, double colour_f, double depth_f,
-                      double depth_x_m, float floor_m, float factor_per_m) {
+CameraProfile profile(const std::string& name, double colour_f, double depth_f, double depth_x_m, float floor_m,
+                      float factor_per_m) {
   CameraProfile made;
   made.name = name;
   made.rig.colour.pinhole = vga(colour_f);

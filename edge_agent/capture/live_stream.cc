@@ -61,7 +61,7 @@ void LiveStream::read(const std::stop_token& stop) {
         health.state = StreamState::kStreaming;
         ++health.taken;
         last = Clock::now();
-        inbox_.put(kind_, std::move(picture));
+        inbox_.put(kind_, std::move(picture), health);
       }
     }
     // A picture that comes again and again is no stream.

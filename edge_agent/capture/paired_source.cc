@@ -138,16 +138,11 @@ class PairedSource final : public FrameSource {
     left_out_told_ = left_out;
   }
 
-  struct Told {
-    StreamState state = StreamState::kStarting;
-    bool streamed = false;
-  };
-
-  void tellChange(const char* name, const StreamHealth& now, Told& told) {
-    if (now.state == told.state || now.state == StreamState::kStarting) return;
-    const bool begins = now.state == StreamState::kStreaming && !told.streamed;
-    told.streamed = told.streamed || now.state == StreamState::kStreaming;
-    told.state = now.state;
+  // That a stream has begun is no news; that it goes on after it was gone is, also if it was never seen streaming.
+  void tellChange(const char* name, const StreamHealth& now, StreamState& told) {
+    if (now.state == told || now.state == StreamState::kStarting) return;
+    const bool begins = told == StreamState::kStarting && now.state == StreamState::kStreaming;
+    told = now.state;
     if (begins || !options_.log) return;
     std::string line = std::string("camera: ") + name + " " + toString(now.state);
     if (now.state == StreamState::kGone) line += ", it is waited for: " + now.problem;
@@ -169,7 +164,7 @@ class PairedSource final : public FrameSource {
   int64_t last_ns_ = 0;  // of the frame taken last
   StreamPeriod colour_period_;
   uint64_t not_due_ = 0, not_decoded_ = 0;
-  Told told_colour_, told_depth_;
+  StreamState told_colour_ = StreamState::kStarting, told_depth_ = StreamState::kStarting;
   Clock::time_point last_told_ = Clock::now();
   uint64_t left_out_told_ = 0;
   PictureInbox inbox_;

@@ -7,10 +7,11 @@ constexpr size_t kKept = 8;
 
 }  // namespace
 
-void PictureInbox::put(PictureKind kind, Picture picture) {
+void PictureInbox::put(PictureKind kind, Picture picture, const StreamHealth& health) {
   {
     const std::lock_guard lock(mutex_);
     Slot& into = slot(kind);
+    into.health = health;
     into.pictures.push_back(std::move(picture));
     if (into.pictures.size() > kKept) {
       into.pictures.pop_front();

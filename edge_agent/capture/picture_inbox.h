@@ -17,7 +17,8 @@ namespace comap {
 /// and are counted. Any thread.
 class PictureInbox {
  public:
-  void put(PictureKind kind, Picture picture);
+  /// With `health`, in which it counts: whoever takes the picture finds its stream streaming.
+  void put(PictureKind kind, Picture picture, const StreamHealth& health);
   void tell(PictureKind kind, const StreamHealth& health);
 
   /// All pictures of a stream that came since, oldest first.
