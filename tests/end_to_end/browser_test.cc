@@ -130,5 +130,43 @@ TEST_F(BrowserTest, TheMapIsDrawnAKeyframeShowsItsPictureAndTheReportOpens) {
   EXPECT_EQ(view.end(SIGINT), 0) << contentOf(folder_.path("view.log"));
 }
 
+// What the canvas shows while there is nothing to be drawn, or nothing to draw it with, and that it goes on afterwards.
+TEST_F(BrowserTest, TheCanvasSaysWhatItWaitsFor) {
+  Background view("fleet", {"view", folder_.path("run/map.comap"), "--port", "0"}, folder_.path("view.log"));
+  const std::string address = addressIn(folder_.path("view.log"));
+  ASSERT_FALSE(address.empty()) << contentOf(folder_.path("view.log"));
+  Browser browser(program_, kWidth, kHeight);
+  browser.open(address);
+  const char* drawn = "window.comap && comap.scene.splats.drawn > 10000";
+  const char* quiet = "document.getElementById('notice').hidden";
+  ASSERT_TRUE(browser.waitFor(drawn, 60));
+  ASSERT_TRUE(browser.waitFor(quiet, 20)) << browser.evaluate("document.getElementById('notice').textContent");
+  const std::string notice = "comap.counts(); document.getElementById('notice').textContent";
+  const int tiles = browser.evaluate("comap.scene.splats.counts().tiles").get<int>();
+  browser.evaluate("comap.scene.splats.remove([...comap.scene.splats.tiles].find(([, t]) => t.visible)[0])");
+  EXPECT_EQ(browser.evaluate(notice),
+            "Loading " + std::to_string(tiles - 1) + " of " + std::to_string(tiles) + " tiles");
+  browser.evaluate("comap.model.told.delete('maps')");
+  EXPECT_EQ(browser.evaluate(notice), "Loading");
+  browser.evaluate("comap.model.told.add('maps')");
+
+  // A graphics card that never tells that it is done.
+  browser.evaluate("comap.scene.renderer.getContext().getSyncParameter = () => 0");
+  for (int i = 0; i < 2; ++i) {
+    browser.evaluate("comap.scene.dirty = true");
+    EXPECT_TRUE(browser.waitFor("comap.scene.dirty === false", 20)) << i;
+  }
+  browser.evaluate("delete comap.scene.renderer.getContext().getSyncParameter");
+
+  // One that is taken away and comes back.
+  browser.evaluate(
+      "window.taken = comap.scene.renderer.getContext().getExtension('WEBGL_lose_context'), taken.loseContext()");
+  EXPECT_TRUE(browser.waitFor("document.getElementById('notice').textContent.includes('graphics memory')", 20));
+  browser.evaluate("comap.scene.splats.drawn = 0, taken.restoreContext()");
+  EXPECT_TRUE(browser.waitFor(drawn, 20));
+  EXPECT_GT(drawnShare(browser, "restored.png"), 0.1);
+  EXPECT_EQ(view.end(SIGINT), 0) << contentOf(folder_.path("view.log"));
+}
+
 }  // namespace
 }  // namespace comap

@@ -17,7 +17,8 @@ function notice(text) {
 function start() {
   const model = new Model(), scene = new Scene($('map'), kTileEdge_m);
   const timeline = new Timeline($('timeline-canvas'), $('timeline-text'));
-  let connected = false, mapId = null, chosen = null, mode = 0, fitted = null, due = false, countsDue = false;
+  let connected = false, drawable = true, mapId = null, chosen = null, mode = 0, fitted = null;
+  let due = false, countsDue = false;
 
   const mapShown = () => model.maps.find((map) => map.id === mapId);
 
@@ -66,7 +67,21 @@ function start() {
     countsDue = false;
     const {tiles, surfels} = scene.splats.counts();
     panel.showCounts({tiles, surfels, keyframes: model.arrivals, merges: model.merges.filter((m) => !m.undone).length});
-    notice(connected && model.maps.length === 0 ? 'No map yet. It appears here as soon as the core has one.' : '');
+    notice(whatIsMissing(tiles));
+  }
+
+  // Why the map is not there, or not all of it. Of a running site tiles come all the time: the first ones alone count.
+  function whatIsMissing(tiles) {
+    if (!drawable) return 'The browser has no graphics memory for the map now. It comes back by itself, or with a reload.';
+    if (!connected) return '';
+    if (!model.told.has('maps')) return 'Loading';
+    if (model.maps.length === 0)
+      return model.site.live ? 'No map yet. It appears here as soon as the core has one.' :
+                               'No map in this store yet. It appears here as soon as a core has made one.';
+    const map = mapShown();
+    if (!map || (model.site.live && tiles > 0)) return '';
+    if (tiles < map.tiles) return `Loading ${tiles.toLocaleString('en')} of ${map.tiles.toLocaleString('en')} tiles`;
+    return model.site.live && tiles === 0 ? 'No surfels yet: the core is asked for its tiles.' : '';
   }
 
   function soon() {
@@ -97,6 +112,10 @@ function start() {
     }, (id) => model.byId.has(id) && choose(model.byId.get(id)));
   }
 
+  scene.onContext = (there) => {
+    drawable = there;
+    counts();
+  };
   scene.onPick = (keyframe) => keyframe && choose(keyframe);
   timeline.onPick = choose;
   scene.onDrawn = () => {
@@ -157,7 +176,7 @@ function start() {
       countsDue = true;
     },
   });
-  window.comap = {model, scene, heard, choose, chosen: () => chosen};  // for the console and for tests
+  window.comap = {model, scene, heard, choose, counts, chosen: () => chosen};  // for the console and for tests
 }
 
 try {

@@ -9,6 +9,7 @@ export class Model {
     this.site = {title: 'CoMap'};
     this.robots = [];
     this.maps = [];
+    this.told = new Set();  // sections that have come
     this.keyframes = [];
     this.byId = new Map();
     this.edges = [];
@@ -19,6 +20,7 @@ export class Model {
   }
 
   take(section) {
+    this.told.add(section.section);
     switch (section.section) {
       case 'site': this.site = section; break;
       case 'maps': this.maps = section.maps; break;

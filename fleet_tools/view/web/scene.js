@@ -1,7 +1,7 @@
 // The three-dimensional view: surfels, trajectories, keyframes, matches, grid; what is clicked, and when to draw.
 import {Splats} from './splats.js';
 
-const kFov = 50, kIdle_ms = 160, kSlow_ms = 45, kFast_ms = 25;
+const kFov = 50, kIdle_ms = 160, kSlow_ms = 45, kFast_ms = 25, kPatience_ms = 1000;
 const kWhite = new THREE.Color(0xffffff), kGood = new THREE.Color(0x5cc48d), kBad = new THREE.Color(0xf0726f);
 
 // A camera of this depth, as lines from its centre to the corners and around them.
@@ -61,7 +61,9 @@ export class Scene {
     this.lastMove = 0;
     this.onPick = () => {};
     this.onDrawn = () => {};
+    this.onContext = () => {};
     this.watchPicks();
+    this.watchContext();
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.resize();
     requestAnimationFrame((now) => this.tick(now));
@@ -86,13 +88,26 @@ export class Scene {
     this.dirty = true;
   }
 
+  // Browsers take the context away where the graphics card is reset or short of memory, and give another one later.
+  watchContext() {
+    const told = (there) => {
+      this.fence = null;
+      this.dirty = true;
+      this.onContext(there);
+    };
+    this.canvas.addEventListener('webglcontextlost', () => told(false));
+    this.canvas.addEventListener('webglcontextrestored', () => told(true));
+  }
+
   // Draws if anything has changed: coarser while the view moves if full density is too slow, then once in full. No
-  // frame is begun before the graphics card is done with the last one.
+  // frame is begun before the graphics card is done with the last one, unless it does not tell for a second.
   tick(now) {
     requestAnimationFrame((next) => this.tick(next));
+    const gl = this.renderer.getContext();
+    if (gl.isContextLost()) return;
     if (this.fence) {
-      const gl = this.renderer.getContext();
-      if (gl.getSyncParameter(this.fence, gl.SYNC_STATUS) !== gl.SIGNALED) return;
+      const done = gl.getSyncParameter(this.fence, gl.SYNC_STATUS) === gl.SIGNALED;
+      if (!done && performance.now() - this.begun < kPatience_ms) return;
       gl.deleteSync(this.fence);
       this.fence = null;
       if (this.drewMoving) this.noteFrame(performance.now() - this.begun);
@@ -106,7 +121,6 @@ export class Scene {
     this.dirty = false;
     this.begun = performance.now();
     this.draw();
-    const gl = this.renderer.getContext();
     this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
     gl.flush();
   }
