@@ -88,6 +88,7 @@ class Agent {
   uint32_t deliveredButThere() const { return static_cast<uint32_t>(sender_.deliveredButThere()); }
   void saveToDisk() { sender_.saveToDisk(); }  ///< what is in memory only; call it at the end
   const SenderLosses& losses() const { return sender_.losses(); }
+  void countDamaged(uint32_t keyframes) { sender_.countDamaged(keyframes); }      ///< that its outbox had lost before
   const RefusedKeyframes& refusedKeyframes() const { return sender_.refused(); }  ///< counted as unacknowledged too
   uint64_t waitingBytes() const { return sender_.waitingBytes(); }
   /// How long keyframes have waited without the core acknowledging any; 0 if none waits.

@@ -30,6 +30,7 @@ void addCounts(const Agent& agent, const MetricsPage::Labels& robot, MetricsPage
   count("comap_agent_keyframes_thinned_total", "Keyframes sent with coarser colour for want of room.",
         agent.losses().thinned);
   count("comap_agent_keyframes_dropped_total", "Keyframes dropped for want of room.", agent.losses().dropped);
+  count("comap_agent_keyframes_damaged_total", "Keyframes lost with a damaged outbox.", agent.losses().damaged);
   count("comap_agent_relocalised_total", "Times a lost robot found back to a known place.", s.relocalised);
   count("comap_agent_recognised_total", "Times a lost robot found itself in the returned map.",
         agent.localizer().statistics().recognised);

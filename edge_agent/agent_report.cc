@@ -68,6 +68,7 @@ AgentReport reportOf(const std::string& robot, const Agent& agent) {
   report.unacknowledged = agent.unacknowledged();
   report.keyframes_thinned = agent.losses().thinned;
   report.keyframes_dropped = agent.losses().dropped;
+  report.keyframes_damaged = agent.losses().damaged;
   report.damaged_frames = s.damaged_frames;
   report.poor_frames = s.poor_frames;
   report.lost_frames = s.lost_frames;
@@ -131,6 +132,7 @@ Result<void> AgentReportFile::finish(const AgentReport& r) {
                      {"unacknowledged", r.unacknowledged},
                      {"keyframes_thinned", r.keyframes_thinned},
                      {"keyframes_dropped", r.keyframes_dropped},
+                     {"keyframes_damaged", r.keyframes_damaged},
                      {"damaged_frames", r.damaged_frames},
                      {"poor_frames", r.poor_frames},
                      {"lost_frames", r.lost_frames},
@@ -183,6 +185,7 @@ Result<AgentReport> readAgentReport(const std::string& path) {
     r.unacknowledged = json.at("unacknowledged").get<uint32_t>();
     r.keyframes_thinned = json.at("keyframes_thinned").get<uint32_t>();
     r.keyframes_dropped = json.at("keyframes_dropped").get<uint32_t>();
+    r.keyframes_damaged = json.at("keyframes_damaged").get<uint32_t>();
     r.damaged_frames = json.at("damaged_frames").get<uint32_t>();
     r.poor_frames = json.at("poor_frames").get<uint32_t>();
     r.lost_frames = json.at("lost_frames").get<uint32_t>();

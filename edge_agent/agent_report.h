@@ -17,6 +17,7 @@ struct AgentReport {
   uint32_t frames = 0, keyframes = 0;
   uint32_t unacknowledged = 0;                            ///< keyframes, those of earlier sessions included
   uint32_t keyframes_thinned = 0, keyframes_dropped = 0;  ///< for want of room in the outbox
+  uint32_t keyframes_damaged = 0;                         ///< lost with a damaged outbox
   uint32_t damaged_frames = 0, poor_frames = 0, lost_frames = 0;
   uint32_t chains = 0, relocalised = 0;  ///< starts without a link; times it saw, lost, a place that it knew
   std::optional<CaptureHealth> camera;   ///< of a live camera

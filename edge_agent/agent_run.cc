@@ -137,6 +137,14 @@ std::string whatStays(const Agent& agent, const std::string& outbox) {
          " once more, and the core takes no notice";
 }
 
+std::string whatIsLost(const Agent& agent, bool more_lost) {
+  const uint32_t lost = agent.losses().damaged;
+  if (lost == 0 && !more_lost) return "";
+  const std::string more = lost > 0 ? ", and perhaps more" : "keyframes of earlier starts are perhaps lost";
+  return (lost > 0 ? counted(lost, "keyframe") + wordFor(lost, " is lost", " are lost") : "") +
+         (more_lost ? more : "") + " with a damaged outbox, see the lines before";
+}
+
 Result<void> runAgent(Agent& agent, const Link& link, const AgentConfig& config, const RunOptions& options) {
   if (auto greeted = agent.hello(); !greeted) return greeted;
   if (!options.realtime && !options.live && !options.offline)

@@ -31,5 +31,7 @@ Result<void> runAgent(Agent& agent, const Link& link, const AgentConfig& config,
 std::string whatWaits(const Agent& agent, const std::string& outbox);
 /// Of those that the core holds, but which the outbox's disk did not let go of; empty if there are none.
 std::string whatStays(const Agent& agent, const std::string& outbox);
+/// Of those that were in an outbox that was damaged; `more_lost`: how many is not known. Empty if none is lost.
+std::string whatIsLost(const Agent& agent, bool more_lost);
 
 }  // namespace comap

@@ -198,6 +198,7 @@ int run(const Arguments& arguments, const Log& early) {
   if (arguments.realtime || live || arguments.offline)
     config->max_waiting_keyframes = std::numeric_limits<size_t>::max();
   Agent agent(*config, begun->session, std::move(begun->outbox), **source, **link, log, record);
+  agent.countDamaged(begun->lost);
   agent.keepTiles(storedTilesOf(*config, outbox_path, log));
   RunOptions options{arguments.realtime, live, arguments.offline, arguments.patience_s, outbox_path};
   options.stopped = [] { return g_stop != 0; };
@@ -229,14 +230,16 @@ int run(const Arguments& arguments, const Log& early) {
   const bool stopped = g_stop != 0;
   if (!arguments.deliver && !live && !stopped && agent.statistics().keyframes == 0)
     return failWith(nothingUsed(*config, agent.statistics()));
-  if (agent.allAcknowledged()) {
-    if (const std::string stays = whatStays(agent, outbox_path); !stays.empty()) log(config->robot + ": " + stays);
-    return 0;
+  if (!agent.allAcknowledged()) {
+    if (outbox_path.empty() || agent.onlyInMemory() > 0)
+      return failWith({ErrorCode::kProblem, "stopped: " + whatWaits(agent, outbox_path)});
+    log(config->robot + ": " + whatWaits(agent, outbox_path));
+  } else if (const std::string stays = whatStays(agent, outbox_path); !stays.empty()) {
+    log(config->robot + ": " + stays);
   }
-  if (outbox_path.empty() || agent.onlyInMemory() > 0)
-    return failWith({ErrorCode::kProblem, "stopped: " + whatWaits(agent, outbox_path)});
-  log(config->robot + ": " + whatWaits(agent, outbox_path));
-  return 0;
+  // All else went well; but somebody has to know.
+  const std::string lost = whatIsLost(agent, begun->more_lost);
+  return lost.empty() ? 0 : failWith({ErrorCode::kProblem, lost});
 }
 
 }  // namespace
@@ -250,7 +253,7 @@ int main(int argc, char** argv) {
   app.footer(
       "Example: edge_agent --robot a --source tum:data/flat/a\n"
       "         edge_agent --config robot.yaml --realtime\n"
-      "Exit codes: 0 ok, 1 refused by the core, 2 wrong use, 3 cannot reach or read.");
+      "Exit codes: 0 ok, 1 refused by the core or lost with a damaged outbox, 2 wrong use, 3 cannot reach or read.");
   comap::addServiceOptions(app, arguments, "Site of the mapping core",
                            "Publish odometry, path and frames for ROS 2 programs");
   app.add_option("--source", arguments.source, "Where frames come from, see --list-sources");

@@ -113,7 +113,7 @@ void KeyframeSender::failed(const Error& error) {
     if (!rescued) return;
     outbox_ = std::move(rescued->outbox);
     if (auto known = outbox_.knowDelivered(delivered); !known) log_("outbox: " + known.error().text);
-    losses_.dropped += static_cast<uint32_t>(before - std::min(before, outbox_.size()));
+    losses_.damaged += static_cast<uint32_t>(before - std::min(before, outbox_.size()));
     for (const OutboxRow& row : rescued->lost)
       if (row.key.session == session_) dropped_[row.key.sequence] = row.link;
     broken_ = true;
@@ -157,6 +157,7 @@ void KeyframeSender::tryDisk(std::chrono::steady_clock::time_point now) {
 }
 
 void KeyframeSender::saveToDisk() {
+  loss_log_.tell();  // before whoever calls this tells what is left
   takeOutDelivered();
   if (waitingInMemory() == 0) return;
   while (waitingInMemory() > 0)

@@ -62,6 +62,8 @@ class KeyframeSender {
   /// What the link delivers, as far as keyframes have shown it. 0: not known.
   double uplinkBytesPerSecond() const { return window_.rate().bytesPerSecond(); }
   const SenderLosses& losses() const { return losses_; }
+  /// Keyframes that an outbox had lost before it was given to this.
+  void countDamaged(uint32_t keyframes) { losses_.damaged += keyframes; }
   const RefusedKeyframes& refused() const { return refused_; }
   /// What a status tells of them: a few, others each time.
   std::vector<RefusedKeyframe> refusedToTell();

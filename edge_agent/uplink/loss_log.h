@@ -8,14 +8,15 @@
 
 namespace comap {
 
-/// For want of room, or because a disk or its content failed; since the start of the agent.
+/// Since the start of the agent.
 struct SenderLosses {
-  uint32_t thinned = 0;  ///< sent with poorer colour
-  uint32_t dropped = 0;  ///< never sent
+  uint32_t thinned = 0;  ///< sent with poorer colour, for want of room
+  uint32_t dropped = 0;  ///< never sent, for want of room or because a disk failed
+  uint32_t damaged = 0;  ///< never sent, for they were in an outbox that was damaged
 };
 
-/// Each loss is told once: the first at once, those of the next half minute together, and so on; what is left when this
-/// ends. Time is passed in. Thread rule: one thread.
+/// What is given up is told once: the first at once, that of the next half minute together, and so on. Time is passed
+/// in. Thread rule: one thread.
 class LossLog {
  public:
   using Clock = std::chrono::steady_clock;
@@ -26,9 +27,10 @@ class LossLog {
 
   /// `waiting_bytes`: what the outbox holds now.
   void note(const SenderLosses& losses, uint64_t waiting_bytes, Clock::time_point now);
+  /// All that is not told yet.
+  void tell();
 
  private:
-  void tell();
   const std::function<void(const std::string& line)> log_;
   SenderLosses losses_, told_;
   uint64_t waiting_bytes_ = 0;

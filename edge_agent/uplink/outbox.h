@@ -133,6 +133,7 @@ struct RescuedOutbox {
   Outbox outbox;
   std::string told;             ///< one line for the log: the names of both files, and numbers
   std::vector<OutboxRow> lost;  ///< known, but their message was damaged
+  bool holes = false;           ///< places could not be read: there may have been more
 };
 
 /// Puts a damaged outbox aside, as `path`.damaged-1 or the next free number, and opens a new one with all keyframes

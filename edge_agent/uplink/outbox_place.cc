@@ -4,6 +4,8 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "protocol/types/whole_file.h"
+
 namespace comap {
 namespace {
 
@@ -24,6 +26,25 @@ std::string usualDirectory() {
 constexpr const char* kWhatToDo =
     "; name a folder that this user can write with outbox.directory or --outbox DIR, or give up safety with --outbox "
     "memory";
+
+// What SQLite would take for a new one, or tell no reason of.
+Result<void> lookAt(const std::string& path, const std::function<void(const std::string& line)>& log) {
+  namespace fs = std::filesystem;
+  std::error_code none;
+  if (auto regular = checkRegular(path); !regular)
+    return Error{ErrorCode::kUnreachable, "outbox: " + regular.error().text + kWhatToDo};
+  const bool there = fs::exists(path, none);
+  if (!there && fs::is_symlink(fs::symlink_status(path, none)))
+    return Error{ErrorCode::kUnreachable, "outbox: " + path + ": is a link to " +
+                                              fs::read_symlink(path, none).string() +
+                                              ", which is not there, expected a regular file or none" + kWhatToDo};
+  if (!there || fs::file_size(path, none) > 0) return {};
+  if (const auto logged = fs::file_size(path + "-wal", none); !none && logged > 0)
+    return Error{ErrorCode::kBadData, path + ": has 0 bytes, and its log has " + std::to_string(logged)};
+  log("outbox " + path +
+      ": has 0 bytes and begins anew; if it is of an earlier start that made keyframes, they are lost");
+  return {};
+}
 
 Result<BegunOutbox> beginIn(Result<Outbox> outbox, const std::string& robot, uint64_t wished_session) {
   if (!outbox) return outbox.error();
@@ -59,13 +80,17 @@ Result<BegunOutbox> openOutbox(const OutboxOptions& options, const std::string& 
   if (code)
     return Error{ErrorCode::kUnreachable,
                  "outbox.directory " + directory.string() + ": cannot be made: " + code.message() + kWhatToDo};
-  auto begun = begin(Outbox::open(*path));
+  const auto looked = lookAt(*path, log);
+  if (!looked && looked.error().code != ErrorCode::kBadData) return looked.error();
+  auto begun = looked ? begin(Outbox::open(*path)) : Result<BegunOutbox>(looked.error());
   if (!begun && begun.error().code == ErrorCode::kBadData) {
     log("outbox: " + begun.error().text);
     auto rescued = rescueOutbox(*path);
     if (!rescued) return rescued.error();
     log(rescued->told);
     begun = begin(std::move(rescued->outbox));
+    if (begun) begun->lost = static_cast<uint32_t>(rescued->lost.size());
+    if (begun) begun->more_lost = rescued->holes;
   }
   if (!begun && begun.error().code == ErrorCode::kUnreachable && begun.error().text.find("locked") == std::string::npos)
     return Error{begun.error().code, "outbox: " + begun.error().text + kWhatToDo};

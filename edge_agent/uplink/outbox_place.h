@@ -24,12 +24,15 @@ Result<std::string> outboxPath(const OutboxOptions& options, const std::string& 
 
 struct BegunOutbox {
   Outbox outbox;
-  uint64_t session = 0;  ///< of this start: durable
+  uint64_t session = 0;    ///< of this start: durable
+  uint32_t lost = 0;       ///< keyframes of earlier starts that were in it and are damaged
+  bool more_lost = false;  ///< places of a damaged one could not be read: there may have been more
 };
 
 /// Opens or makes it, and begins a session (Outbox::beginSession). One that is damaged is put aside, and what can be
-/// read of it taken over; `log` is told. kUnreachable, with what to do, if its directory or file cannot be written or
-/// another agent uses it; kWrongUse if it is another robot's.
+/// read of it taken over; `log` is told, also of a file without a byte, which is taken as new. kUnreachable, with what
+/// to do, if its directory or file cannot be written, something else is there or another agent uses it; kWrongUse if it
+/// is another robot's.
 Result<BegunOutbox> openOutbox(const OutboxOptions& options, const std::string& robot, uint64_t wished_session,
                                const std::function<void(const std::string& line)>& log);
 

@@ -91,10 +91,12 @@ Result<size_t> saveAll(OutboxWreck& wreck, RescuedOutbox& rescued) {
 Result<RescuedOutbox> saveInto(const std::string& path, const std::string& aside) {
   auto fresh = Outbox::open(path);
   if (!fresh) return fresh.error();
-  RescuedOutbox rescued{std::move(*fresh), {}, {}};
+  RescuedOutbox rescued{std::move(*fresh), {}, {}, true};
   rescued.told = "outbox " + path + " was damaged: it was put aside as " + aside + "; ";
   std::unique_ptr<LentFirstPage> lent;
-  auto wreck = OutboxWreck::survey(aside);
+  // Of one without a byte SQLite would take the log away.
+  std::error_code none;
+  auto wreck = fs::file_size(aside, none) == 0 ? Result<OutboxWreck>(Error()) : OutboxWreck::survey(aside);
   if (!wreck && (lent = LentFirstPage::lend(aside))) wreck = OutboxWreck::survey(aside);
   if (!wreck) {
     rescued.told += "nothing of it could be read";
@@ -104,6 +106,7 @@ Result<RescuedOutbox> saveInto(const std::string& path, const std::string& aside
   if (auto begun = rescued.outbox.beginSession(wreck->lastSession()); !begun) return begun.error();
   const auto saved = saveAll(*wreck, rescued);
   if (!saved) return saved.error();
+  rescued.holes = wreck->holes();
   rescued.told += counted(*saved, "keyframe") + " of it could be saved, " + std::to_string(rescued.lost.size()) +
                   " not" + (wreck->holes() ? ", and places in it could not be read" : "");
   return rescued;

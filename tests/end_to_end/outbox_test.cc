@@ -186,7 +186,10 @@ TEST_F(DamagedOutboxFile, WhileTheAgentIsStoppedCostsOnlyWhatIsDamaged) {
     if (damage == "a keyframe") wipePage(outbox_, numbers);  // so that it is found before the first is sent
     if (damage == "cut off") std::filesystem::resize_file(outbox_, std::filesystem::file_size(whole) * 3 / 4);
     auto core_now = core();
-    EXPECT_EQ(agent({"--deliver"})->wait(), 0) << damage << contentOf(folder_.path("a.log"));
+    EXPECT_EQ(agent({"--deliver"})->wait(), damage == "numbers" ? 0 : 1) << damage << contentOf(folder_.path("a.log"));
+    const std::string log = contentOf(folder_.path("a.log"));
+    EXPECT_EQ(log.find("with a damaged outbox") == std::string::npos, damage == "numbers") << log;
+    EXPECT_EQ(log.find("outbox is full"), std::string::npos) << log;
     EXPECT_EQ(core_now->end(SIGTERM), 0) << contentOf(folder_.path("core.log"));
     const int64_t arrived = info().at("keyframes").get<int64_t>();
     EXPECT_EQ(info().at("keyframes_without_pose"), 0) << "the core waits for nothing";
@@ -208,13 +211,15 @@ TEST_F(DamagedOutboxFile, WhileTheAgentRunsCostsOnlyWhatIsDamaged) {
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
   wipePage(outbox_, page);
   auto core_now = core();
-  EXPECT_EQ(running->wait(), 0) << contentOf(folder_.path("a.log"));
+  EXPECT_EQ(running->wait(), 1) << "all arrived but for what was damaged" << contentOf(folder_.path("a.log"));
   EXPECT_EQ(core_now->end(SIGTERM), 0) << contentOf(folder_.path("core.log"));
   EXPECT_GT(savedAsTold(), 0) << contentOf(folder_.path("a.log"));
   const auto now = Json::parse(contentOf(folder_.path("a.json"))).at("keyframes").get<int64_t>();
   const auto arrived = info().at("keyframes").get<int64_t>();
   EXPECT_LT(arrived, made + now);
   EXPECT_GE(arrived, made + now - 2);
+  EXPECT_EQ(Json::parse(contentOf(folder_.path("a.json"))).at("keyframes_damaged"), made + now - arrived);
+  EXPECT_EQ(Json::parse(contentOf(folder_.path("a.json"))).at("keyframes_dropped"), 0);
   EXPECT_EQ(info().at("keyframes_without_pose"), 0) << "the core waits for nothing";
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -140,6 +141,18 @@ TEST_F(OutboxFile, AnotherProgramsDatabaseIsLeftAlone) {
   EXPECT_NE(outbox.error().text.find("no outbox"), std::string::npos);
 }
 
+// Opens robot r's in a folder, as an agent does.
+struct OptionsOf {
+  explicit OptionsOf(const ScratchFolder& folder) { options.directory = folder.file(""); }
+  BegunOutbox open() {
+    auto begun = openOutbox(options, "r", 6, [this](const std::string& line) { log += line + "\n"; });
+    EXPECT_TRUE(begun) << (begun ? "" : begun.error().text);
+    return std::move(*begun);
+  }
+  OutboxOptions options;
+  std::string log;
+};
+
 class DamagedOutbox : public OutboxFile {
  protected:
   void SetUp() override {
@@ -188,6 +201,57 @@ class DamagedOutbox : public OutboxFile {
   int64_t pages() const { return static_cast<int64_t>(std::filesystem::file_size(path_)) / kDatabasePage; }
   std::string log_;
 };
+
+TEST_F(DamagedOutbox, WhatIsLostIsCounted) {
+  OptionsOf options(folder_);
+  EXPECT_EQ(options.open().lost, 0u) << "a whole one";
+  auto seventh = messageOf(7);
+  seventh.resize(60);
+  overwriteBehind(seventh, 40, 20);
+  wipePage(path_, rootPageOf(path_, "meta"));  // so that it is found at the start
+  const BegunOutbox damaged = options.open();
+  EXPECT_EQ(damaged.lost, 1u) << options.log;
+  EXPECT_FALSE(damaged.more_lost);
+}
+
+TEST_F(DamagedOutbox, OfGarbageNobodyKnowsWhatIsLost) {
+  std::ofstream(path_) << std::string(5000, 'x');
+  OptionsOf options(folder_);
+  EXPECT_TRUE(options.open().more_lost);
+}
+
+TEST_F(DamagedOutbox, AFileWithoutAByteIsTold) {
+  std::ofstream(path_).flush();
+  {
+    OptionsOf options(folder_);
+    EXPECT_FALSE(options.open().more_lost) << "as when an agent was ended at its very start";
+    EXPECT_NE(options.log.find("has 0 bytes and begins anew"), std::string::npos) << options.log;
+  }
+  std::filesystem::resize_file(path_, 0);
+  std::ofstream(path_ + "-wal") << "what SQLite would take away";
+  OptionsOf options(folder_);
+  EXPECT_TRUE(options.open().more_lost) << "it had a log";
+  EXPECT_EQ(std::filesystem::file_size(path_ + ".damaged-1-wal"), 27u) << "kept";
+}
+
+TEST_F(DamagedOutbox, WhatIsNoFileIsNamed) {
+  const auto refused = [&](const std::string& words) {
+    OutboxOptions options;
+    options.directory = folder_.file("");
+    const auto begun = openOutbox(options, "r", 6, [](const std::string&) {});
+    ASSERT_FALSE(begun);
+    EXPECT_EQ(begun.error().code, ErrorCode::kUnreachable);
+    EXPECT_NE(begun.error().text.find(path_ + ": is " + words), std::string::npos) << begun.error().text;
+    std::filesystem::remove(path_);
+  };
+  std::filesystem::remove(path_);
+  std::filesystem::create_directory(path_);
+  refused("a folder, expected a regular file");
+  std::filesystem::create_symlink("/nowhere/at/all", path_);
+  refused("a link to /nowhere/at/all, which is not there");
+  ASSERT_EQ(mkfifo(path_.c_str(), 0600), 0);
+  refused("a named pipe, expected a regular file");
+}
 
 TEST_F(DamagedOutbox, GarbageIsPutAsideAndTold) {
   std::ofstream(path_) << std::string(5000, 'x');
