@@ -4,6 +4,8 @@
 #include <openssl/x509_vfy.h>
 #include <sys/stat.h>
 
+#include <algorithm>
+
 #include "protocol/keys/openssl_handles.h"
 #include "protocol/keys/signed_text.h"
 #include "protocol/keys/subject_name.h"
@@ -47,6 +49,11 @@ std::string hexOf(const ASN1_INTEGER* number) {
   return text;
 }
 
+std::time_t endOf(const X509* certificate) {
+  std::tm parts{};
+  return ASN1_TIME_to_tm(X509_get0_notAfter(certificate), &parts) == 1 ? timegm(&parts) : 0;
+}
+
 std::set<std::string> serialsIn(X509_CRL* list) {
   std::set<std::string> serials;
   const auto* entries = X509_CRL_get_REVOKED(list);
@@ -77,6 +84,9 @@ std::string refusalOf(const Parsed& parsed, const Credentials& files, std::time_
       return path + ": not valid before " + utcText(X509_get0_notBefore(judged)) + ": is this machine's clock right?";
     case X509_V_ERR_CERT_REVOKED:
       return path + ": revoked, says " + files.revoked;
+    case X509_V_ERR_CRL_HAS_EXPIRED:  // good as long as the authority, and judged before it
+      return files.authority + ": expired on " + utcText(X509_get0_notAfter(parsed.authority.get())) +
+             ": make the site's keys anew with 'fleet keys'";
     case X509_V_ERR_CRL_SIGNATURE_FAILURE:
     case X509_V_ERR_UNABLE_TO_GET_CRL:
     case X509_V_ERR_CRL_NOT_YET_VALID:
@@ -144,9 +154,11 @@ Result<CertificateFacts> factsOf(const Credentials& credentials, std::time_t now
                          utcText(X509_get0_notAfter(certificate)),
                          hexOf(X509_get0_serialNumber(certificate)),
                          {},
+                         0,
                          false,
                          serialsIn(parsed->revoked.get())};
   facts.refusal = refusalOf(*parsed, credentials, now, facts.revoked);
+  facts.expires = std::min(endOf(certificate), endOf(parsed->authority.get()));
   return facts;
 }
 

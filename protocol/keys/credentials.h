@@ -27,6 +27,7 @@ struct CertificateFacts {
   std::string valid_from, valid_until;  ///< UTC
   std::string serial;                   ///< hexadecimal
   std::string refusal;                  ///< why it does not count now; empty: it does
+  std::time_t expires = 0;              ///< when it or its authority's certificate does, whichever is first
   bool revoked = false;                 ///< that is why
   std::set<std::string> all_revoked;    ///< serials in the list of revoked certificates
 };

@@ -52,25 +52,42 @@ Revocations::Stamp Revocations::stampNow() const {
   return {status.st_mtim, status.st_size};
 }
 
-Revocations::News Revocations::look() {
-  const Stamp now = stampNow();
-  const bool settled = now == seen_;  // a copy under way is not judged
-  seen_ = now;
+Revocations::News Revocations::look(std::time_t now) {
+  const Stamp stamp = stampNow();
+  const bool settled = stamp == seen_;  // a copy under way is not judged
+  seen_ = stamp;
+  if (!settled) return News::kNone;
+  const bool is_new = !(stamp == judged_);
+  const bool expired = expires_ != 0 && now > expires_;
   // Who is barred looks at all its files: they may be new ones, of another key.
-  if (!settled || (now == judged_ && barred_.empty())) return News::kNone;
-  const bool is_new = !(now == judged_);
-  judged_ = now;
-  const auto facts = factsOf(files_, std::time(nullptr));
+  if (!is_new && barred_.empty()) return expired ? renew(now) : News::kNone;
+  judged_ = stamp;
+  const auto facts = factsOf(files_, now);
   if (!facts) return keepOn("cannot be used: " + facts.error().text, is_new);
-  if (facts->revoked) return bar(*facts);
-  if (!facts->refusal.empty()) return keepOn("cannot be used: " + facts->refusal, is_new);
+  return judge(*facts, is_new);
+}
+
+Revocations::News Revocations::judge(const CertificateFacts& facts, bool is_new) {
+  if (facts.revoked) return bar(facts);
+  if (!facts.refusal.empty()) return keepOn("cannot be used: " + facts.refusal, is_new);
   const auto missing = std::count_if(revoked_.begin(), revoked_.end(),
-                                     [&](const auto& serial) { return !facts->all_revoked.contains(serial); });
+                                     [&](const auto& serial) { return !facts.all_revoked.contains(serial); });
   if (missing > 0 && announcedAuthority(files_) == authority_)
     return keepOn(
         "is older: " + files_.revoked + " lacks " + std::to_string(missing) + " certificates that are revoked already",
         is_new);
-  return follow(*facts);
+  return follow(facts);
+}
+
+// The certificate in force has expired: it is told once, and a new one in the folder is followed when it is whole.
+Revocations::News Revocations::renew(std::time_t now) {
+  const auto facts = factsOf(files_, now);
+  if (facts && facts->refusal.empty() && checkCredentials(files_, now)) return judge(*facts, true);
+  if (!facts || expiry_told_) return News::kNone;
+  expiry_told_ = true;
+  notice_("link.keys: " + facts->refusal +
+          ", and put them into this folder; who is connected stays so, but nobody lets this program in anew");
+  return News::kNone;
 }
 
 Revocations::News Revocations::bar(const CertificateFacts& facts) {
@@ -89,15 +106,16 @@ Revocations::News Revocations::keepOn(const std::string& reason, bool is_new) co
 }
 
 Revocations::News Revocations::follow(const CertificateFacts& facts) {
-  const bool again = !barred_.empty();
-  if (!again && facts.all_revoked == revoked_) return News::kNone;
+  const bool again = !barred_.empty(), renewed = expiry_told_ && facts.expires > expires_;
+  if (!again && !renewed && facts.all_revoked == revoked_) return News::kNone;
   const auto more = std::count_if(facts.all_revoked.begin(), facts.all_revoked.end(),
                                   [&](const auto& serial) { return !revoked_.contains(serial); });
   if (!holdOn(facts)) return News::kNone;
   barred_.clear();
-  notice_(again ? "link.keys: the key counts again: joining anew"
-                : "link.keys: " + files_.revoked + " lists " + std::to_string(more) +
-                      " certificates more: joining anew, so that whose they are is let in no longer");
+  notice_(again     ? "link.keys: the key counts again: joining anew"
+          : renewed ? "link.keys: " + files_.certificate + " is new, until " + facts.valid_until + ": joining anew"
+                    : "link.keys: " + files_.revoked + " lists " + std::to_string(more) +
+                          " certificates more: joining anew, so that whose they are is let in no longer");
   return News::kChanged;
 }
 
@@ -114,6 +132,8 @@ bool Revocations::holdOn(const CertificateFacts& facts) {
   copy_ = std::move(copy);
   revoked_ = facts.all_revoked;
   authority_ = announcedAuthority(files_);
+  expires_ = facts.expires;
+  expiry_told_ = false;
   return true;
 }
 

@@ -1,4 +1,4 @@
-// The list of revoked certificates in a folder of keys, while a program runs.
+// What becomes of a folder of keys while a program runs: its list of revoked certificates, and the end of its own.
 #pragma once
 
 #include <ctime>
@@ -19,12 +19,13 @@ class Revocations {
 
   enum class News {
     kNone,
-    kChanged,  ///< others count no longer, or this one counts again: who is connected must prove himself anew
+    kChanged,  ///< others count no longer, or this one counts again or is new: who is connected must prove himself anew
     kOwnKey,   ///< this participant's own certificate is in the list
   };
   /// Looks at the files. A list that cannot be used (half copied, of another authority) or that lacks what the one
-  /// before it lists, since it is older, is told, and the one before it stays in force.
-  News look();
+  /// before it lists, since it is older, is told, and the one before it stays in force. An own certificate that has
+  /// expired is told once: who is connected stays so, but nobody lets this program in anew; a new one is followed.
+  News look(std::time_t now = std::time(nullptr));
 
   /// The path of a copy of the list in force, whatever becomes of the file; empty if there was none to begin with.
   std::string list() const;
@@ -42,6 +43,8 @@ class Revocations {
   };
   class Copy;
   Stamp stampNow() const;
+  News judge(const CertificateFacts& facts, bool is_new);
+  News renew(std::time_t now);
   News bar(const CertificateFacts& facts);
   News keepOn(const std::string& reason, bool is_new) const;
   News follow(const CertificateFacts& facts);
@@ -54,6 +57,8 @@ class Revocations {
   std::string authority_;          // whose serials
   std::shared_ptr<const Copy> copy_;
   std::string barred_;
+  std::time_t expires_ = 0;  // of the certificate that the link was opened with
+  bool expiry_told_ = false;
 };
 
 }  // namespace comap

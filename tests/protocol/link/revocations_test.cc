@@ -124,6 +124,44 @@ TEST_F(RevocationsTest, AnotherAuthorityBeginsAnew) {
   EXPECT_EQ(contentOf(core_looks_.list()), list);
 }
 
+TEST(OwnCertificate, ThatExpiresIsToldOnceAndANewOneIsFollowed) {
+  SiteKeys keys("flat", validDays(-30, 90));
+  const std::string own = keys.path() + "-on-core", own_certificate = own + "/certificate.pem";
+  fs::copy(keys.of(KeyRole::kCore, "core", validDays(-1, 30)), own, fs::copy_options::recursive);
+  std::string told;
+  Revocations looks(own, [&](const std::string& text) { told += text + "\n"; });
+  const std::time_t end = std::time(nullptr) + 30 * std::time_t{86400};
+  EXPECT_EQ(looks.look(end - 86400), News::kNone);
+  EXPECT_EQ(told, "");
+  EXPECT_EQ(looks.look(end + 60), News::kNone) << "who is connected stays so";
+  EXPECT_THAT(told, HasSubstr(own_certificate + ": expired on 20"));
+  EXPECT_EQ(looks.barred(), "");
+  told.clear();
+  EXPECT_EQ(looks.look(end + 61), News::kNone);
+  EXPECT_EQ(told, "") << "once";
+
+  ASSERT_TRUE(revokeParticipant(keys.path(), "core"));
+  const std::string anew = keys.of(KeyRole::kCore, "core", validDays(-1, 60));
+  fs::copy_file(anew + "/certificate.pem", own_certificate, fs::copy_options::overwrite_existing);
+  EXPECT_EQ(looks.look(end + 62), News::kNone) << "half of a folder";
+  for (const auto& file : fs::directory_iterator(anew))
+    fs::copy_file(file, fs::path(own) / file.path().filename(), fs::copy_options::overwrite_existing);
+  EXPECT_EQ(looks.look(end + 63), News::kNone) << "may be under way yet";
+  EXPECT_EQ(looks.look(end + 64), News::kChanged);
+  EXPECT_THAT(told, HasSubstr(own_certificate + " is new, until 20"));
+  EXPECT_EQ(looks.look(end + 65), News::kNone);
+  fs::remove_all(own);
+}
+
+TEST(OwnCertificate, OfAnAuthorityThatExpiresSaysSo) {
+  SiteKeys keys("flat");
+  const std::string core = keys.of(KeyRole::kCore, "core");
+  std::string told;
+  Revocations looks(core, [&](const std::string& text) { told += text + "\n"; });
+  EXPECT_EQ(looks.look(std::time(nullptr) + 31 * std::time_t{86400}), News::kNone);
+  EXPECT_THAT(told, HasSubstr(core + "/authority.pem: expired on 20"));
+}
+
 TEST_F(RevocationsTest, WhatIsNoListChangesNothing) {
   for (const std::string& text : {std::string(), std::string("-----BEGIN X509 CRL-----\nhalf")}) {
     told_.clear();

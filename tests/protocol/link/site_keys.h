@@ -19,13 +19,13 @@ inline Validity validDays(int from, int until) {
 
 class SiteKeys {
  public:
-  explicit SiteKeys(const std::string& site) {
+  explicit SiteKeys(const std::string& site, Validity validity = validDays(-30, 30)) {
     static int count = 0;
     path_ = (std::filesystem::temp_directory_path() /
              ("comap_keys_" + std::to_string(getpid()) + "_" + std::to_string(++count)))
                 .string();
     std::filesystem::remove_all(path_);
-    const auto made = makeKeysFolder(path_, site, validDays(-30, 30));
+    const auto made = makeKeysFolder(path_, site, validity);
     EXPECT_TRUE(made) << (made ? "" : made.error().text);
   }
   ~SiteKeys() { std::filesystem::remove_all(path_); }
