@@ -3,7 +3,7 @@
 #include <array>
 #include <future>
 
-#include "mapping_core/store/keyframe_runs.h"
+#include "mapping_core/store/keyframe_places.h"
 #include "mapping_core/store/packed_numbers.h"
 #include "mapping_core/store/record_rows.h"
 #include "mapping_core/store/schema.h"
@@ -61,16 +61,11 @@ void readRobots(Database& database, StoreSurvey& survey) {
               survey.damage, kept);
 }
 
-// Each by its place.
-void addAll(const std::vector<WholeKeyframe>& keyframes, KeyframeRuns& whole) {
-  for (size_t i = 0; i < keyframes.size(); ++i) whole.add(keyframes[i].stored.id, static_cast<uint32_t>(i));
-}
-
-Result<std::array<uint32_t, 2>> placesOf(const KeyframeRuns& whole, const KeyframeId& a, const KeyframeId& b) {
+Result<std::array<uint32_t, 2>> placesOf(const KeyframePlaces& whole, const KeyframeId& a, const KeyframeId& b) {
   std::array<uint32_t, 2> places{};
   for (size_t end = 0; end < 2; ++end) {
     const KeyframeId& id = end == 0 ? a : b;
-    const auto place = whole.groupOf(id);
+    const auto place = whole.placeOf(id);
     if (!place) return damagedRow("names keyframe " + toString(id) + ", which is not there or not whole");
     places[end] = *place;
   }
@@ -78,8 +73,7 @@ Result<std::array<uint32_t, 2>> placesOf(const KeyframeRuns& whole, const Keyfra
 }
 
 void readEdges(Database& database, StoreSurvey& survey, IndexEntries& entries) {
-  KeyframeRuns whole;
-  addAll(survey.keyframes, whole);
+  const KeyframePlaces whole(survey.keyframes);
   const auto check = [&](int64_t number, Query& row) -> Result<void> {
     if (auto sound = checkRow(row, COMAP_EDGE_TYPES); !sound) return sound;
     row.skip(1);  // its number
@@ -116,8 +110,7 @@ struct BesideEdges {
 };
 
 void readVerdicts(Database& database, const std::vector<WholeKeyframe>& keyframes, BesideEdges& found) {
-  KeyframeRuns whole;
-  addAll(keyframes, whole);
+  const KeyframePlaces whole(keyframes);
   const auto check = [&](int64_t number, Query& row) -> Result<void> {
     if (auto sound = checkRow(row, COMAP_VERDICT_TYPES); !sound) return sound;
     row.skip(1);  // its number

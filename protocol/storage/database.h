@@ -3,6 +3,7 @@
 
 #include <sqlite3.h>
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <span>
@@ -72,8 +73,11 @@ class Query {
 
  private:
   void note(int code);
+  sqlite3_value* at(int column) const;
   Database* database_;
   sqlite3_stmt* statement_;
+  mutable std::array<sqlite3_value*, 32> kept_;  // of this row, those that are `known_`, a bit each
+  mutable uint32_t known_ = 0;
   int parameter_ = 0, column_ = 0;
   int bind_code_ = SQLITE_OK;
   std::string damage_;

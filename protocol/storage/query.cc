@@ -24,19 +24,19 @@ bool fits(int type, char wanted) {
   }
 }
 
-void addColumn(sqlite3_stmt* statement, int column, int type, RowSum& sum) {
+void addValue(sqlite3_value* value, int type, RowSum& sum) {
   const auto bytesOf = [&](const void* bytes) {
-    return std::string_view(static_cast<const char*>(bytes), size_t(sqlite3_column_bytes(statement, column)));
+    return std::string_view(static_cast<const char*>(bytes), size_t(sqlite3_value_bytes(value)));
   };
   switch (type) {
     case SQLITE_INTEGER:
-      return sum.add(int64_t{sqlite3_column_int64(statement, column)});
+      return sum.add(int64_t{sqlite3_value_int64(value)});
     case SQLITE_FLOAT:
-      return sum.add(sqlite3_column_double(statement, column));
+      return sum.add(sqlite3_value_double(value));
     case SQLITE_TEXT:
-      return sum.addText(bytesOf(sqlite3_column_text(statement, column)));
+      return sum.addText(bytesOf(sqlite3_value_text(value)));
     case SQLITE_BLOB:
-      return sum.addBlob(bytesOf(sqlite3_column_blob(statement, column)));
+      return sum.addBlob(bytesOf(sqlite3_value_blob(value)));
     default:
       return sum.addNull();
   }
@@ -46,6 +46,15 @@ void addColumn(sqlite3_stmt* statement, int column, int type, RowSum& sum) {
 
 Query::Query(Query&& other) noexcept
     : database_(other.database_), statement_(std::exchange(other.statement_, nullptr)) {}
+
+// A column asked for by itself costs as much each time as its value's type, number and bytes together.
+sqlite3_value* Query::at(int column) const {
+  if (size_t(column) >= kept_.size()) return sqlite3_column_value(statement_, column);
+  const uint32_t bit = uint32_t{1} << column;
+  if ((known_ & bit) == 0) kept_[size_t(column)] = sqlite3_column_value(statement_, column);
+  known_ |= bit;
+  return kept_[size_t(column)];
+}
 
 Query::~Query() {
   if (statement_ == nullptr) return;
@@ -94,6 +103,7 @@ Result<bool> Query::step() {
   if (bind_code_ != SQLITE_OK) return database_->error(bind_code_);
   if (auto read = values(); !read) return read.error();
   column_ = 0;
+  known_ = 0;
   const int code = sqlite3_step(statement_);
   if (code == SQLITE_ROW) return true;
   if (code == SQLITE_DONE) return false;
@@ -113,26 +123,27 @@ Result<void> Query::run() {
 bool Query::areOf(std::string_view types) const {
   int column = column_;
   return std::all_of(types.begin(), types.end(),
-                     [&](char wanted) { return fits(sqlite3_column_type(statement_, column++), wanted); });
+                     [&](char wanted) { return fits(sqlite3_value_type(at(column++)), wanted); });
 }
 
 RowState Query::rowState(std::string_view types) const {
   int column = column_;
   RowSum sum;
   for (const char wanted : types) {
-    const int type = sqlite3_column_type(statement_, column);
+    sqlite3_value* const value = at(column++);
+    const int type = sqlite3_value_type(value);
     if (!fits(type, wanted)) return RowState::kMistyped;
-    addColumn(statement_, column++, type, sum);
+    addValue(value, type, sum);
   }
-  const bool same = sqlite3_column_type(statement_, column) == SQLITE_INTEGER &&
-                    sqlite3_column_int64(statement_, column) == int64_t{sum.value()};
+  const bool same =
+      sqlite3_value_type(at(column)) == SQLITE_INTEGER && sqlite3_value_int64(at(column)) == int64_t{sum.value()};
   return same ? RowState::kSound : RowState::kUnsound;
 }
 
-int64_t Query::integer() { return sqlite3_column_int64(statement_, column_++); }
+int64_t Query::integer() { return sqlite3_value_int64(at(column_++)); }
 
 uint32_t Query::unsigned32() {
-  const int64_t value = sqlite3_column_int64(statement_, column_);
+  const int64_t value = sqlite3_value_int64(at(column_));
   if (value < 0 || value > std::numeric_limits<uint32_t>::max()) {
     damage_ = std::string("column ") + sqlite3_column_name(statement_, column_) + " holds " + std::to_string(value) +
               ", expected 0 to 4294967295";
@@ -143,22 +154,21 @@ uint32_t Query::unsigned32() {
 
 double Query::real() {
   const int column = column_++;
-  const double value = sqlite3_column_double(statement_, column);
-  const bool none = value == 0 && sqlite3_column_type(statement_, column) == SQLITE_NULL;
+  const double value = sqlite3_value_double(at(column));
+  const bool none = value == 0 && sqlite3_value_type(at(column)) == SQLITE_NULL;
   return none ? std::numeric_limits<double>::quiet_NaN() : value;
 }
 
 std::string_view Query::textView() {
   const int column = column_++;
-  const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
-  return text == nullptr ? std::string_view()
-                         : std::string_view(text, size_t(sqlite3_column_bytes(statement_, column)));
+  const auto* text = reinterpret_cast<const char*>(sqlite3_value_text(at(column)));
+  return text == nullptr ? std::string_view() : std::string_view(text, size_t(sqlite3_value_bytes(at(column))));
 }
 
 std::span<const uint8_t> Query::bytes() {
   const int column = column_++;
-  const auto* bytes = static_cast<const uint8_t*>(sqlite3_column_blob(statement_, column));
-  return {bytes, bytes == nullptr ? 0 : size_t(sqlite3_column_bytes(statement_, column))};
+  const auto* bytes = static_cast<const uint8_t*>(sqlite3_value_blob(at(column)));
+  return {bytes, bytes == nullptr ? 0 : size_t(sqlite3_value_bytes(at(column)))};
 }
 
 KeyframeId Query::keyframeId() {

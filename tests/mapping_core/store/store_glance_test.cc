@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include "mapping_core/store/keyframe_places.h"
 #include "mapping_core/store/keyframe_runs.h"
 #include "protocol/codec/keyframe_codec.h"
 #include "tests/mapping_core/store/store_fixture.h"
@@ -114,6 +115,32 @@ TEST(KeyframeRuns, KnowsWhatASetKnows) {
         const auto known = all.find(id);
         EXPECT_EQ(runs.groupOf(id), known == all.end() ? std::nullopt : std::optional(known->second)) << toString(id);
       }
+}
+
+TEST(KeyframePlaces, KnowsWhereEachStands) {
+  std::mt19937 engine(4);
+  std::map<KeyframeId, uint32_t> all;
+  std::vector<WholeKeyframe> keyframes;
+  for (uint32_t i = 0; i < 4000; ++i) {
+    // One session without gaps, one with many, one whose keyframes came in any order.
+    const uint64_t session = engine() % 3;
+    WholeKeyframe keyframe;
+    keyframe.stored.id = {engine() % 2 == 0 ? "a" : "b", session,
+                          session == 0   ? i
+                          : session == 1 ? 7 * i + 3
+                                         : uint32_t(engine() % 5000)};
+    if (!all.emplace(keyframe.stored.id, uint32_t(keyframes.size())).second) continue;
+    keyframes.push_back(keyframe);
+  }
+  const KeyframePlaces places(keyframes);
+  for (const char* robot : {"a", "b", "c"})
+    for (uint64_t session = 0; session < 4; ++session)
+      for (uint32_t sequence = 0; sequence < 28100; ++sequence) {
+        const KeyframeId id{robot, session, sequence};
+        const auto known = all.find(id);
+        ASSERT_EQ(places.placeOf(id), known == all.end() ? std::nullopt : std::optional(known->second)) << toString(id);
+      }
+  EXPECT_EQ(KeyframePlaces({}).placeOf({"a", 0, 0}), std::nullopt);
 }
 
 }  // namespace
