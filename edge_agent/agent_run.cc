@@ -140,9 +140,10 @@ std::string whatStays(const Agent& agent, const std::string& outbox) {
 std::string whatIsLost(const Agent& agent, bool more_lost) {
   const uint32_t lost = agent.losses().damaged;
   if (lost == 0 && !more_lost) return "";
-  const std::string more = lost > 0 ? ", and perhaps more" : "keyframes of earlier starts are perhaps lost";
-  return (lost > 0 ? counted(lost, "keyframe") + wordFor(lost, " is lost", " are lost") : "") +
-         (more_lost ? more : "") + " with a damaged outbox, see the lines before";
+  const std::string how = " with a damaged outbox", where = "; the lines before tell more";
+  if (lost == 0) return "keyframes of earlier starts are perhaps lost" + how + where;
+  return counted(lost, "keyframe") + wordFor(lost, " is lost", " are lost") + how +
+         (more_lost ? ", and perhaps more" : "") + where;
 }
 
 Result<void> runAgent(Agent& agent, const Link& link, const AgentConfig& config, const RunOptions& options) {
