@@ -229,7 +229,8 @@ void addExportVerb(CLI::App& app, int& exit_code) {
       "ply, glb: one file, the surfels of one map; glb is binary glTF, whose y is up. tiles3d: a folder with a tileset "
       "of\n"
       "3D Tiles 1.1, a content for each tile of one map and thinned ones for far views. tum: a folder with\n"
-      "ROBOT.trajectory.txt in the frame of its map, in one folder per map if there are several. mcap: one file, a\n"
+      "ROBOT.trajectory.txt, the poses of its keyframes (a store has no others; a run's folder has those of all\n"
+      "frames) in the frame of its map, in one folder per map if there are several. mcap: one file, a\n"
       "recording for Foxglove and others: each robot's poses, pictures and camera at their times, merges, the maps.\n"
       "Example: fleet export run/map.comap --format ply --out map.ply");
   auto options = std::make_shared<ExportOptions>();

@@ -13,6 +13,7 @@
 #include "mapping_core/store/store_leavings.h"
 #include "mapping_core/store/store_lock.h"
 #include "mapping_core/store/store_survey.h"
+#include "protocol/storage/first_page.h"
 
 namespace comap {
 namespace {
@@ -28,16 +29,28 @@ bool tellsNothing(const Result<StoreSurvey>& survey) {
   return survey->keyframes.empty() && !survey->damage.empty();
 }
 
+// Where not even their number can be told, none is: it may be any.
+Error nothingSaved(const std::string& damaged, const StoreSurvey& survey) {
+  std::string text = damaged + ": no keyframe can be saved, ";
+  text += survey.lost_keyframes > 0 ? counted(survey.lost_keyframes, "keyframe") + " lost" : "and how many there were cannot be told";
+  if (const std::string cut_off = cutOffText(damaged); !cut_off.empty()) text += "; " + cut_off;
+  return {ErrorCode::kProblem, text + "; 'fleet doctor' tells what is damaged"};
+}
+
 // It is copied while it is looked at: most stores are whole but for a few rows, if any.
 Result<StoreSurvey> save(const RecoverArguments& arguments) {
   auto draft = StoreDraft::begin(arguments.change.store, arguments.damaged);
   if (!draft) return draft.error();
+  const LeavingsGuard guard(arguments.damaged);
   const auto lock = StoreLock::take(arguments.damaged);
   if (!lock) return lock.error();
-  const auto source = hasJournal(arguments.damaged) ? draft->copySource() : Result<std::string>(arguments.damaged);
+  const bool half_changed = hasJournal(arguments.damaged);
+  const std::vector<std::string> of_head = headDamage(arguments.damaged);
+  const auto source =
+      half_changed || !of_head.empty() ? draft->copySource() : Result<std::string>(arguments.damaged);
   if (!source) return source.error();
-  const EmptyLogGuard guard(arguments.damaged);
-  if (*source != arguments.damaged)
+  if (!of_head.empty()) (void)mendHead(*source);
+  if (half_changed)
     std::fprintf(stderr, "fleet: %s: its writer was killed within a change, which is not saved\n",
                  printable(arguments.damaged).c_str());
   auto copied = std::async(std::launch::async, copyUnseen, *source, draft->path());
@@ -52,10 +65,8 @@ Result<StoreSurvey> save(const RecoverArguments& arguments) {
   }
   progress.reset();
   if (!survey) return survey;
-  if (survey->keyframes.empty() && !survey->damage.empty())
-    return Error{ErrorCode::kProblem, arguments.damaged + ": no keyframe can be saved, " +
-                                          counted(survey->lost_keyframes, "keyframe") +
-                                          " lost; 'fleet doctor' tells what is damaged"};
+  survey->damage.insert(survey->damage.begin(), of_head.begin(), of_head.end());
+  if (survey->keyframes.empty() && !survey->damage.empty()) return nothingSaved(arguments.damaged, *survey);
   if (auto saved = saveWhole(*survey, draft->path(), is_copied); !saved) return saved.error();
   if (auto moved = draft->publish(); !moved) return moved.error();
   return survey;

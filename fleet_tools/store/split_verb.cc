@@ -23,6 +23,11 @@ std::string wholeNumber(const std::string& text) {
   return digits ? "" : "'" + text + "' is no number of a merge; 'fleet merges' tells them";
 }
 
+Result<void> refusal(const SplitOptions& options, const MapStore& store) {
+  const auto may = options.undo ? checkRejoin(store, options.merge) : checkSplit(store, options.merge, options.reason);
+  return may ? Result<void>() : Result<void>(may.error());
+}
+
 // All in one transaction, refused or recorded.
 Result<MergeDecision> decide(const SplitOptions& options, const CoreConfig& config, MapStore& store) {
   const auto keyframes = store.mappedKeyframes();
@@ -42,7 +47,7 @@ int run(const SplitOptions& options) {
   const auto config = configOf(options.change);
   if (!config) return failWith(config.error());
   if (auto checked = checkDevice(options.change); !checked) return failWith(checked.error());
-  auto store = openToChange(options.change.store);
+  auto store = openToChange(options.change.store, [&](const MapStore& read) { return refusal(options, read); });
   if (!store) return failWith(store.error());
   const auto decision = decide(options, *config, *store);
   if (!decision) return failWith({decision.error().code, options.change.store + ": " + decision.error().text});

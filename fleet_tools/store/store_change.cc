@@ -78,7 +78,12 @@ Result<void> checkDevice(const StoreChange& change) {
   return device ? Result<void>() : Result<void>(device.error());
 }
 
-Result<MapStore> openToChange(const std::string& path) {
+Result<MapStore> openToChange(const std::string& path,
+                              const std::function<Result<void>(const MapStore&)>& refusal) {
+  if (refusal)
+    if (const auto read = MapStore::open(path, MapStore::Mode::kReadOnly); read)
+      if (const auto may = refusal(*read); !may && may.error().code == ErrorCode::kWrongUse)
+        return Error{may.error().code, path + ": " + may.error().text};
   const LogEnd log_end = lookAtLog(path);
   if (const auto version = storeVersionOf(path); version && *version < kStoreVersion && *version >= kFirstStoreVersion)
     std::fprintf(stderr, "fleet: %s: is of schema version %d, of an earlier release, and is brought to %d first\n",

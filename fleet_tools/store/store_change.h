@@ -3,6 +3,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -28,8 +29,10 @@ Result<CoreConfig> configOf(const StoreChange& change);
 /// command can be given again.
 Result<void> checkDevice(const StoreChange& change);
 
-/// Opens a store at rest, and says on stderr what is wrong with the end of its log, which is then begun anew.
-Result<MapStore> openToChange(const std::string& path);
+/// Opens a store at rest, and says on stderr what is wrong with the end of its log, which is then begun anew. Who opens
+/// a store to write writes to its file: what `refusal` says of it before, to kWrongUse, leaves every byte as it is.
+Result<MapStore> openToChange(const std::string& path,
+                              const std::function<Result<void>(const MapStore&)>& refusal = {});
 
 /// Computes what the store's records say, with progress on a terminal: votes that wait are judged, poses and surfels
 /// made anew and written with their tiles. Returns {"maps": [{"id", "robots", "keyframes", "hash"}], "merges": [...]},

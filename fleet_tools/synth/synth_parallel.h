@@ -14,10 +14,9 @@ void parallelFor(int count, int threads, const Body& body) {
   const auto work = [&] {
     for (int i = next++; i < count; i = next++) body(i);
   };
-  std::vector<std::thread> helpers;
+  std::vector<std::jthread> helpers;  // waited for at their end, also where one cannot be started
   for (int i = 1; i < threads && i < count; ++i) helpers.emplace_back(work);
   work();
-  for (auto& helper : helpers) helper.join();
 }
 
 }  // namespace comap

@@ -1,6 +1,7 @@
 #include "mapping_core/rgbd/row_workers.h"
 
 #include <algorithm>
+#include <system_error>
 
 namespace comap {
 namespace {
@@ -11,10 +12,18 @@ constexpr int kBandsPerThread = 4;
 }  // namespace
 
 RowWorkers::RowWorkers(int threads) {
-  for (int i = 1; i < threads; ++i) helpers_.emplace_back([this] { help(); });
+  try {
+    for (int i = 1; i < threads; ++i) helpers_.emplace_back([this] { help(); });
+  } catch (const std::system_error&) {  // those that run share the rows; the result is the same
+  } catch (...) {
+    end();  // a thread that is left would end the program
+    throw;
+  }
 }
 
-RowWorkers::~RowWorkers() {
+RowWorkers::~RowWorkers() { end(); }
+
+void RowWorkers::end() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     ending_ = true;

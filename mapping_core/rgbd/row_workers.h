@@ -13,7 +13,7 @@ namespace comap {
 /// Thread rule: one caller at a time.
 class RowWorkers {
  public:
-  /// The caller works too: starts `threads` - 1 threads, none for 1.
+  /// The caller works too: starts `threads` - 1 threads, none for 1; fewer where the system gives no more.
   explicit RowWorkers(int threads = 1);
   ~RowWorkers();
   RowWorkers(const RowWorkers&) = delete;
@@ -35,6 +35,7 @@ class RowWorkers {
   using Band = void (*)(const void* work, int begin, int end);
   void run(int rows, Band band, const void* work);
   void help();
+  void end();
   void takeBands(std::unique_lock<std::mutex>& lock);
 
   std::mutex mutex_;

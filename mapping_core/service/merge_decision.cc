@@ -53,14 +53,33 @@ Result<std::set<KeyframeId>> withdrawBetween(MapStore& store, std::span<const Ke
 
 }  // namespace
 
-Result<MergeDecision> decideSplit(MapStore& store, std::span<const KeyframeId> keyframes, uint32_t number,
-                                  const std::string& reason, size_t votes_needed) {
+Result<MergeRecord> checkSplit(const MapStore& store, uint32_t number, const std::string& reason) {
   if (reason.empty()) return wrongUse(number, "cannot be undone without a reason");
   const auto merges = store.merges();
   if (!merges) return merges.error();
   auto record = recordOf(*merges, number);
+  if (record && !record->undone.empty()) return wrongUse(number, "is undone already: " + record->undone);
+  return record;
+}
+
+Result<MergeRecord> checkRejoin(const MapStore& store, uint32_t number) {
+  const auto merges = store.merges();
+  if (!merges) return merges.error();
+  auto record = recordOf(*merges, number);
+  if (!record) return record;
+  if (record->undone.empty()) return wrongUse(number, "is not undone");
+  const auto together = store.mergesUndoneBy(number);
+  if (!together) return together.error();
+  if (together->empty()) return wrongUse(number, "was undone with another merge: " + record->undone);
+  return record;
+}
+
+Result<MergeDecision> decideSplit(MapStore& store, std::span<const KeyframeId> keyframes, uint32_t number,
+                                  const std::string& reason, size_t votes_needed) {
+  const auto record = checkSplit(store, number, reason);
   if (!record) return record.error();
-  if (!record->undone.empty()) return wrongUse(number, "is undone already: " + record->undone);
+  const auto merges = store.merges();
+  if (!merges) return merges.error();
   MergeDecision decision;
   const auto note = [&](MergeRecord merge, const std::string& why) -> Result<void> {
     merge.undone = why;
@@ -85,14 +104,12 @@ Result<MergeDecision> decideSplit(MapStore& store, std::span<const KeyframeId> k
 
 Result<MergeDecision> decideRejoin(MapStore& store, std::span<const KeyframeId> keyframes, uint32_t number,
                                    size_t votes_needed) {
+  const auto record = checkRejoin(store, number);
+  if (!record) return record.error();
   const auto merges = store.merges();
   if (!merges) return merges.error();
-  const auto record = recordOf(*merges, number);
-  if (!record) return record.error();
-  if (record->undone.empty()) return wrongUse(number, "is not undone");
   const auto together = store.mergesUndoneBy(number);
   if (!together) return together.error();
-  if (together->empty()) return wrongUse(number, "was undone with another merge: " + record->undone);
   const auto before = shapeOf(store, keyframes, votes_needed);
   if (!before) return before.error();
   const auto closures = store.restoreEdges(number);

@@ -16,6 +16,11 @@ struct MergeDecision {
   std::set<KeyframeId> changed;     ///< anchors, as they are now, of the maps that are not what they were
 };
 
+/// Whether there is such a merge, and it is not undone yet; or it is, and not with another. kWrongUse, with the reason,
+/// if not: of the decisions below these can be refused by looking alone.
+Result<MergeRecord> checkSplit(const MapStore& store, uint32_t merge, const std::string& reason);
+Result<MergeRecord> checkRejoin(const MapStore& store, uint32_t merge);
+
 /// Takes `merge` back: its closures are withdrawn, and with them every edge that ties what it had tied, and merges too
 /// few of whose closures are left. `keyframes`: all that are mapped, in order of arrival. Call within a transaction.
 /// kWrongUse if there is no such merge, it is undone already, or `reason` is empty.

@@ -59,7 +59,11 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
     if (!taken) return taken.error();
     lock = std::move(*taken);
   }
-  if (mode == Mode::kReadOnly) (void)takeBackHalfChange(absolute);
+  std::unique_ptr<LeavingsGuard> guard;  // before anything is read, too
+  if (mode == Mode::kReadOnly) {
+    (void)takeBackHalfChange(absolute);
+    guard = std::make_unique<LeavingsGuard>(absolute);
+  }
   Result<Database> database = Database::open(absolute, flags);
   if (!database) return database.error();
 
@@ -75,7 +79,7 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
                      "this one's, " +
                      std::to_string(kStoreVersion)};
   if (mode == Mode::kReadOnly) {
-    return MapStore(std::make_unique<State>(std::move(*database), std::move(lock)));
+    return MapStore(std::make_unique<State>(std::move(*database), std::nullopt, std::move(guard)));
   }
   for (const char* pragma : {kSetPageSize, "PRAGMA journal_mode = WAL", kWaitForDisk}) {
     if (Result<void> set = database->execute(pragma); !set) return set.error();
@@ -90,7 +94,7 @@ Result<MapStore> MapStore::open(const std::string& path, Mode mode) {
   // Who opens a store at rest changes much of it at once: every page that is touched is read and written once.
   if (mode == Mode::kOpen)
     if (Result<void> set = database->execute("PRAGMA cache_size = -262144"); !set) return set.error();
-  return MapStore(std::make_unique<State>(std::move(*database), std::move(lock)));
+  return MapStore(std::make_unique<State>(std::move(*database), std::move(lock), nullptr));
 }
 
 const std::string& MapStore::path() const { return state_->database.path(); }

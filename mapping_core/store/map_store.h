@@ -141,6 +141,8 @@ class MapStore {
   /// Robot names in order of first arrival: position = contributor bit.
   Result<std::vector<std::string>> robots() const;
 
+  /// kWrongUse, with those that it knows, if the store knows no such robot.
+  Result<void> checkRobot(const std::string& robot) const;
   /// Takes out all that came from `robot`: keyframes, edges and verdicts of theirs, and every merge that holds and that
   /// the robot was part of, with its closures; whether the others' maps belong together is then to be judged anew from
   /// their verdicts. Undone merges stay as long as closures of theirs do. Tiles of its maps go too. Returns the number

@@ -79,15 +79,18 @@ Result<void> countAnew(MapStore& store, Database& database, const std::vector<si
 
 }  // namespace
 
-Result<size_t> MapStore::removeRobot(const std::string& robot) {
-  Database& database = state_->database;
+Result<void> MapStore::checkRobot(const std::string& robot) const {
   const auto known = robots();
   if (!known) return known.error();
-  if (std::find(known->begin(), known->end(), robot) == known->end()) {
-    std::string names;
-    for (const std::string& name : *known) names += (names.empty() ? "" : ", ") + name;
-    return Error{ErrorCode::kWrongUse, "holds no robot '" + robot + "', but " + (names.empty() ? "none" : names)};
-  }
+  if (std::find(known->begin(), known->end(), robot) != known->end()) return {};
+  std::string names;
+  for (const std::string& name : *known) names += (names.empty() ? "" : ", ") + name;
+  return Error{ErrorCode::kWrongUse, "holds no robot '" + robot + "', but " + (names.empty() ? "none" : names)};
+}
+
+Result<size_t> MapStore::removeRobot(const std::string& robot) {
+  Database& database = state_->database;
+  if (auto known = checkRobot(robot); !known) return known.error();
   const auto removed = countKeyframes(database, robot);
   if (!removed) return removed;
   // What is deleted is overwritten with zeros.

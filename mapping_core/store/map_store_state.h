@@ -1,6 +1,7 @@
 // What a MapStore holds; shared by the files that implement it.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -12,17 +13,16 @@
 namespace comap {
 
 struct MapStore::State {
-  State(Database opened, std::optional<StoreLock> taken) : lock(std::move(taken)), database(std::move(opened)) {
-    if (!lock) guard.emplace(database.path());
-  }
+  State(Database opened, std::optional<StoreLock> taken, std::unique_ptr<LeavingsGuard> of_reader)
+      : guard(std::move(of_reader)), lock(std::move(taken)), database(std::move(opened)) {}
   ~State() {
     if (lock) database.leaveWal();
   }
   State(const State&) = delete;
   State& operator=(const State&) = delete;
 
-  std::optional<StoreLock> lock;       // of a writer; outlives the database
-  std::optional<EmptyLogGuard> guard;  // of a reader; so does it
+  std::unique_ptr<LeavingsGuard> guard;  // of a reader; outlives the database
+  std::optional<StoreLock> lock;         // of a writer; so does it
   Database database;
 };
 

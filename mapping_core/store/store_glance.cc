@@ -10,10 +10,13 @@
 #include "mapping_core/store/keyframe_runs.h"
 #include "mapping_core/store/schema.h"
 #include "mapping_core/store/small_tables.h"
+#include "mapping_core/store/store_survey.h"
+#include "mapping_core/store/survey_indexes.h"
 #include "mapping_core/store/survey_keyframes.h"
 #include "mapping_core/store/survey_rows.h"
 #include "mapping_core/store/table_rows.h"
 #include "mapping_core/store/tile_bytes.h"
+#include "protocol/storage/first_page.h"
 
 namespace comap {
 namespace {
@@ -57,18 +60,17 @@ constexpr SumCheck kSmall[] = {
 // of its rows hides them without a word.
 struct LargeTable {
   const char* what;
-  const char* sql;      // number of each row, by number, and whether it fits its checksum
+  const char* sql;      // number of each row, by number, whether it fits its checksum, and what `look` looks at
   const char* entries;  // yields how many the index has
 };
-#define COMAP_LARGE(what, table, index, row)                                       \
-  LargeTable {                                                                     \
-    what, "SELECT number, " COMAP_IS_SOUND(row) " FROM " table " ORDER BY number", \
-        "SELECT count(*) FROM main." table " INDEXED BY " index                    \
+#define COMAP_LARGE(what, table, index, row, more)                                      \
+  LargeTable {                                                                          \
+    what, "SELECT number, " COMAP_IS_SOUND(row) more " FROM " table " ORDER BY number", \
+        "SELECT count(*) FROM main." table " INDEXED BY " index                         \
   }
-constexpr LargeTable kLarge[] = {
-    COMAP_LARGE("edge", "edges", "sqlite_autoindex_edges_1", COMAP_EDGE_ROW),
-    COMAP_LARGE("verdict", "verdicts", "verdicts_by_reason", COMAP_VERDICT_ROW),
-};
+constexpr LargeTable kEdges =
+    COMAP_LARGE("edge", "edges", "sqlite_autoindex_edges_1", COMAP_EDGE_ROW, ", merge, withdrawn_by, kind");
+constexpr LargeTable kVerdicts = COMAP_LARGE("verdict", "verdicts", "verdicts_by_reason", COMAP_VERDICT_ROW, "");
 
 // Goes through the rows of a statement; what keeps it from the end is damage.
 size_t eachRow(Database& database, const char* what, const char* sql, std::vector<std::string>& damage,
@@ -100,7 +102,8 @@ void compareCounts(Database& database, const std::string& what, size_t rows, con
                      std::to_string(*told));
 }
 
-void checkLargeTable(Database& database, const LargeTable& table, std::vector<std::string>& damage) {
+void checkLargeTable(Database& database, const LargeTable& table, std::vector<std::string>& damage,
+                     const std::function<void(int64_t number, Query&)>& look = {}) {
   Told unsound("of the same kind", damage);
   int64_t last = std::numeric_limits<int64_t>::min();
   bool in_order = true;
@@ -109,9 +112,21 @@ void checkLargeTable(Database& database, const LargeTable& table, std::vector<st
     in_order = in_order && number > last;
     last = number;
     if (row.integer() != 1) unsound.add(std::string(table.what) + " " + std::to_string(number) + ": " + kUnsound);
+    if (look) look(number, row);
   });
   if (!in_order) damage.push_back(std::string(table.what) + "s: " + kOutOfOrder);
   compareCounts(database, table.what, rows, table.entries, damage);
+}
+
+// With the indexes of the few edges that were withdrawn or are closures of merges, entry by entry.
+void checkEdges(Database& database, std::vector<std::string>& damage) {
+  IndexEntries rows;
+  checkLargeTable(database, kEdges, damage, [&](int64_t number, Query& row) {
+    const int64_t merge = row.integer(), withdrawn_by = row.integer();
+    if (merge != 0 || withdrawn_by != 0) addPartialEntries(rows, number, row.textView(), merge, withdrawn_by);
+  });
+  if (!readWithdrawnEdges(database).says(rows.withdrawn_edges) || !readEdgesOfMerges(database).says(rows.edges_of_merges))
+    damage.push_back("an index of the edges does not say what they say");
 }
 
 // On a connection of its own, beside the rest: a table and its index are of one moment, as are all its rows.
@@ -121,7 +136,8 @@ std::vector<std::string> checkLargeTables(const std::string& path) {
   if (!database) return {database.error().text};
   if (hasLog(*database))
     if (auto begun = database->execute("BEGIN"); !begun) return {begun.error().text};
-  for (const LargeTable& table : kLarge) checkLargeTable(*database, table, damage);
+  checkEdges(*database, damage);
+  checkLargeTable(*database, kVerdicts, damage);
   return damage;
 }
 
@@ -235,6 +251,7 @@ Result<void> glanceAt(Database& database, size_t most_read, StoreGlance& glance)
   if (!ours) return ours.error();
   if (!*ours) return Error{ErrorCode::kBadData, path + ": is empty, no map store"};
   if (const std::string cut_off = cutOffText(path); !cut_off.empty()) glance.damage.push_back(cut_off);
+  for (std::string& text : headDamage(path)) glance.damage.push_back(std::move(text));
   tellDeclarations(database, glance.damage);
   tellLogEnd(path, glance.damage, glance.remarks);
   remarkCompactDue(database, glance.remarks);

@@ -13,20 +13,20 @@ bool hasJournal(const std::string& path);
 /// written. Returns whether there was one and it is gone.
 bool takeBackHalfChange(const std::string& path);
 
-/// Who only reads a store that was not closed makes a log beside it, and cannot delete it. Takes an empty one away,
-/// unless a program has the store open.
-void dropEmptyLog(const std::string& path);
-
-/// Calls dropEmptyLog() at its end.
-class EmptyLogGuard {
+/// Who only reads a store that was not closed makes a log beside it, or an index (`-shm`) of the log that is there, and
+/// cannot delete them. Takes away, at its end, a log that is empty, and an index that was not there at its beginning,
+/// unless a program has the store open. Must outlive this program's connections to the store, and no lock of this
+/// program's may outlive it.
+class LeavingsGuard {
  public:
-  explicit EmptyLogGuard(std::string path) : path_(std::move(path)) {}
-  EmptyLogGuard(const EmptyLogGuard&) = delete;
-  EmptyLogGuard& operator=(const EmptyLogGuard&) = delete;
-  ~EmptyLogGuard() { dropEmptyLog(path_); }
+  explicit LeavingsGuard(std::string path);
+  LeavingsGuard(const LeavingsGuard&) = delete;
+  LeavingsGuard& operator=(const LeavingsGuard&) = delete;
+  ~LeavingsGuard();
 
  private:
   const std::string path_;
+  const bool had_index_;
 };
 
 }  // namespace comap

@@ -13,6 +13,7 @@
 #include "mapping_core/store/survey_rows.h"
 #include "mapping_core/store/tile_bytes.h"
 #include "protocol/storage/database.h"
+#include "protocol/storage/first_page.h"
 
 namespace comap {
 namespace {
@@ -93,8 +94,7 @@ void readEdges(Database& database, StoreSurvey& survey, IndexEntries& entries) {
     for (const uint32_t place : *places) survey.keyframes[place].has_edge = true;
     if (*known == EdgeKind::kOdometry) survey.keyframes[(*places)[1]].tied = true;
     entries.edges.add(EntryHash().add(kind).add(from).add(to).add(number));
-    if (withdrawn_by != 0) entries.withdrawn_edges.add(EntryHash().add(withdrawn_by).add(kind).add(number));
-    if (merge != 0) entries.edges_of_merges.add(EntryHash().add(merge).add(number));
+    addPartialEntries(entries, number, kind, merge, withdrawn_by);
     return {};
   };
   surveyTable(database, "edge", COMAP_TABLE_ROWS("edges", "number", COMAP_EDGE_COLUMNS), check, survey.damage,
@@ -226,6 +226,7 @@ Result<void> surveyTables(Database& database, StoreSurvey& survey, SurveyDepth d
   if (!ours) return ours.error();
   if (!*ours) return Error{ErrorCode::kBadData, path + ": is empty, no map store"};
   if (const std::string cut_off = cutOffText(path); !cut_off.empty()) survey.damage.push_back(cut_off);
+  for (std::string& text : headDamage(path)) survey.damage.push_back(std::move(text));
   tellDeclarations(database, survey.damage);
   tellLogEnd(path, survey.damage, survey.remarks);
   const bool pages = depth == SurveyDepth::kPages;

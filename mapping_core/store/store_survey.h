@@ -39,6 +39,9 @@ struct StoreSurvey {
   std::vector<std::string> remarks;  ///< what is no damage, but worth knowing, such as gaps in the sequences
 };
 
+/// What to say of a file whose end is missing; empty if it is there.
+std::string cutOffText(const std::string& path);
+
 enum class SurveyDepth {
   kRows,   ///< every row, and each index of a large table against its rows, side by side: all that saveWhole() needs.
            ///< Only of a store that nobody writes

@@ -138,4 +138,13 @@ FoundIndexes readIndexes(Database& database) {
           readIndex(database, kEdgesOfMerges), readIndex(database, kVerdicts)};
 }
 
+FoundIndex readWithdrawnEdges(Database& database) { return readIndex(database, kWithdrawnEdges); }
+FoundIndex readEdgesOfMerges(Database& database) { return readIndex(database, kEdgesOfMerges); }
+
+void addPartialEntries(IndexEntries& entries, int64_t number, std::string_view kind, int64_t merge,
+                       int64_t withdrawn_by) {
+  if (withdrawn_by != 0) entries.withdrawn_edges.add(EntryHash().add(withdrawn_by).add(kind).add(number));
+  if (merge != 0) entries.edges_of_merges.add(EntryHash().add(merge).add(number));
+}
+
 }  // namespace comap

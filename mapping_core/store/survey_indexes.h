@@ -56,4 +56,11 @@ struct FoundIndexes {
 /// Reads the indexes of large tables, and no row of these.
 FoundIndexes readIndexes(Database& database);
 
+/// Of these, those of the few edges that were withdrawn or are closures of merges.
+FoundIndex readWithdrawnEdges(Database& database);
+FoundIndex readEdgesOfMerges(Database& database);
+/// Adds the entries that an edge has in these two.
+void addPartialEntries(IndexEntries& entries, int64_t number, std::string_view kind, int64_t merge,
+                       int64_t withdrawn_by);
+
 }  // namespace comap

@@ -12,6 +12,7 @@
 #include "mapping_core/store/schema_3.h"
 #include "mapping_core/store/store_leavings.h"
 #include "mapping_core/store/store_log.h"
+#include "mapping_core/store/store_survey.h"
 
 namespace comap {
 namespace {
@@ -139,7 +140,8 @@ std::string cutOffText(const std::string& path) {
   const uint64_t bytes = std::filesystem::file_size(path, code);
   if (!file || code || page_bytes * pages <= bytes) return "";
   return "the file is cut off: it has " + std::to_string(bytes) + " bytes, and its head tells of " +
-         std::to_string(page_bytes * pages);
+         std::to_string(page_bytes * pages) + ": " + std::to_string(pages - bytes / page_bytes) + " of " +
+         std::to_string(pages) + " pages are missing";
 }
 
 Result<Database> openDamaged(const std::string& path) {
@@ -159,7 +161,7 @@ Result<Database> openDamaged(const std::string& path) {
 
 Result<void> atOneMoment(const std::string& path, const std::function<Result<void>(Database&)>& look) {
   constexpr int kMostTimes = 3;
-  const EmptyLogGuard guard(path);
+  const LeavingsGuard guard(path);
   for (int times = 1;; ++times) {
     auto database = openDamaged(path);
     if (!database) return database.error();

@@ -25,9 +25,6 @@ bool hasLog(Database& database);
 /// come without their keyframes. It is called again if a core has begun to write since.
 Result<void> atOneMoment(const std::string& path, const std::function<Result<void>(Database&)>& look);
 
-/// What to say of a file whose end is missing; empty if it is there.
-std::string cutOffText(const std::string& path);
-
 /// Says so if a store of the newest schema declares its tables in other words than this program: one bit can make
 /// a column of another one.
 void tellDeclarations(Database& database, std::vector<std::string>& damage);

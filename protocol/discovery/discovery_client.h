@@ -43,7 +43,7 @@ class DiscoveryClient {
   class Work;
   explicit DiscoveryClient(std::unique_ptr<Work> work);
   std::unique_ptr<Work> work_;
-  std::thread thread_;
+  std::jthread thread_;
 };
 
 }  // namespace comap

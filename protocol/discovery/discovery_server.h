@@ -30,7 +30,7 @@ class DiscoveryServer {
   struct Shared;
   explicit DiscoveryServer(std::unique_ptr<Shared> shared);
   std::unique_ptr<Shared> shared_;
-  std::thread thread_;
+  std::jthread thread_;
 };
 
 }  // namespace comap

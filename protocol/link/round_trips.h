@@ -45,7 +45,7 @@ class RoundTrips {
   std::condition_variable end_;
   bool ending_ = false;
   std::map<std::string, Peer> peers_;
-  std::thread thread_;
+  std::jthread thread_;
 };
 
 }  // namespace comap

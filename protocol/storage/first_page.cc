@@ -4,14 +4,75 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <string_view>
 
 namespace comap {
 namespace {
 
 // sqlite.org/fileformat2.html, 1.3
 constexpr size_t kPageSizeAt = 16, kPagesAt = 28, kFreeAt = 32, kFreeEnd = 40, kHead = 100;
+constexpr std::string_view kMagic("SQLite format 3\0", 16);
+
+// A number that has to be within bounds, and what it becomes if it is not.
+struct Field {
+  const char* name;
+  size_t at, bytes;
+  uint32_t least, most, mended;
+};
+constexpr Field kFields[] = {
+    {"version to write it", 18, 1, 1, 2, 1},
+    {"version to read it", 19, 1, 1, 2, 1},
+    {"bytes left free on each page", 20, 1, 0, 0, 0},
+    {"format of the schema", 44, 4, 1, 4, 4},
+    {"largest root page, of a file that shrinks by itself", 52, 4, 0, 0, 0},
+    {"encoding of texts", 56, 4, 1, 1, 1},
+    {"shrinking in steps", 64, 4, 0, 0, 0},
+    {"reserved", 72, 4, 0, 0, 0},
+    {"reserved", 76, 4, 0, 0, 0},
+    {"reserved", 80, 4, 0, 0, 0},
+    {"reserved", 84, 4, 0, 0, 0},
+    {"reserved", 88, 4, 0, 0, 0},
+};
+
+uint32_t valueOf(const Field& field, const std::vector<char>& head) {
+  uint32_t value = 0;
+  for (size_t i = 0; i < field.bytes; ++i) value = value << 8 | static_cast<uint8_t>(head[field.at + i]);
+  return value;
+}
+
+std::vector<Field> wrongFields(const std::vector<char>& head) {
+  std::vector<Field> wrong;
+  if (head.size() < kHead || !std::equal(kMagic.begin(), kMagic.end(), head.begin())) return wrong;
+  for (const Field& field : kFields)
+    if (const uint32_t value = valueOf(field, head); value < field.least || value > field.most) wrong.push_back(field);
+  return wrong;
+}
 
 }  // namespace
+
+std::vector<std::string> headDamage(const std::string& path) {
+  const std::vector<char> head = firstBytesOf(path, kHead);
+  std::vector<std::string> damage;
+  for (const Field& field : wrongFields(head)) {
+    const std::string expected = std::to_string(field.least) +
+                                 (field.most > field.least ? " to " + std::to_string(field.most) : std::string());
+    damage.push_back("the file's head, byte " + std::to_string(field.at) + " (" + field.name + "): is " +
+                     std::to_string(valueOf(field, head)) + ", expected " + expected);
+  }
+  return damage;
+}
+
+bool mendHead(const std::string& path) {
+  std::vector<char> head = firstBytesOf(path, kHead);
+  for (const Field& field : wrongFields(head))
+    for (size_t i = 0; i < field.bytes; ++i)
+      head[field.at + i] = static_cast<char>(field.mended >> 8 * (field.bytes - 1 - i));
+  std::error_code none;
+  const auto log_bytes = std::filesystem::file_size(path + "-wal", none);
+  if (!none && log_bytes > 0 && head.size() == kHead) head[18] = head[19] = 2;  // else its log would not be read
+  return !head.empty() && overwriteStart(path, head);
+}
 
 std::vector<char> firstBytesOf(const std::string& path, size_t bytes) {
   std::vector<char> start(bytes);

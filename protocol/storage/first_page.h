@@ -21,4 +21,13 @@ bool overwriteStart(const std::string& path, const std::vector<char>& bytes);
 /// and nothing leads there. Nothing if the file has no page beside its first one.
 std::vector<char> fitFirstPage(std::vector<char> page, const std::string& path);
 
+/// What of the head of an SQLite file says something that none of this project's files ever does, a sentence each.
+/// Empty if it is no such file at all. Not judged: counters of changes and of schemas, the version of the library that
+/// wrote it, the size of its cache, of which any value is as good; and what others judge: size and number of pages,
+/// application and version.
+std::vector<std::string> headDamage(const std::string& path);
+
+/// Writes what it should say over that. False if it cannot be written.
+bool mendHead(const std::string& path);
+
 }  // namespace comap

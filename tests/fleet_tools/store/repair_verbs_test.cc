@@ -162,5 +162,57 @@ TEST_F(RepairVerbs, finishSaysThatAStoreWasBroughtToThisRelease) {
   EXPECT_EQ(second.err, "");
 }
 
+// Of a log that is none, SQLite makes an index for whoever reads.
+TEST_F(RepairVerbs, aLogThatIsNoneGetsNoIndex) {
+  fillWhole();
+  std::ofstream(store_ + "-wal", std::ios::binary) << std::string(5000, 'x');
+  const auto before = entries();
+  for (const std::string verb : {"info ", "merges ", "doctor ", "doctor --full "}) {
+    (void)fleet(verb + store_);
+    EXPECT_EQ(entries(), before) << verb;
+  }
+  (void)fleet("recover --later " + store_ + " --out " + (folder_ / "saved.comap").string());
+  EXPECT_FALSE(entries().contains("map.comap-shm"));
+}
+
+TEST_F(RepairVerbs, whatIsWrongInTheHeadIsNamedAndMendedInWhatIsSaved) {
+  fillWhole();
+  const std::string whole = contentOf(store_);
+  for (const size_t at : {18u, 20u, 44u, 56u, 59u, 64u}) {
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x54);
+    std::ofstream(store_, std::ios::binary) << damaged;
+    const Outcome looked = fleet("doctor " + store_);
+    EXPECT_EQ(looked.code, 1) << at;
+    EXPECT_NE(looked.out.find("damage: the file's head, byte "), std::string::npos) << looked.out;
+    const std::string saved = (folder_ / "saved.comap").string();
+    const Outcome recovered = fleet("recover --later " + store_ + " --out " + saved);
+    EXPECT_EQ(recovered.code, 0) << at << recovered.err;
+    EXPECT_NE(recovered.out.find("whole: 1 keyframes"), std::string::npos) << recovered.out;
+    EXPECT_EQ(fleet("doctor " + saved).code, 0);
+    EXPECT_TRUE(contentOf(store_) == damaged) << "the source stays as it is";
+    fs::remove(saved);
+  }
+}
+
+TEST_F(RepairVerbs, ofAFileThatIsCutOffTheMissingPagesAreCounted) {
+  fillWhole();
+  fs::resize_file(store_, 16384);
+  EXPECT_NE(fleet("doctor " + store_).out.find(" pages are missing"), std::string::npos);
+  const Outcome recovered = fleet("recover --later " + store_ + " --out " + (folder_ / "saved.comap").string());
+  EXPECT_EQ(recovered.code, 1);
+  EXPECT_NE(recovered.err.find(" pages are missing"), std::string::npos) << recovered.err;
+}
+
+TEST_F(RepairVerbs, aRefusedChangeLeavesEveryByte) {
+  fill(1);
+  const std::string whole = contentOf(store_);
+  for (const std::string command : {"split " + store_ + " 9 --later", "split " + store_ + " 1 --undo --later",
+                                    "forget " + store_ + " nobody --later"}) {
+    EXPECT_EQ(fleet(command).code, 2) << command;
+    EXPECT_TRUE(contentOf(store_) == whole) << command;
+  }
+}
+
 }  // namespace
 }  // namespace comap
