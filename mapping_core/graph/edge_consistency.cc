@@ -1,22 +1,11 @@
 #include "mapping_core/graph/edge_consistency.h"
 
 #include <Eigen/Cholesky>
-#include <algorithm>
 #include <limits>
 #include <queue>
-#include <unordered_map>
 
 namespace comap {
 namespace {
-
-constexpr double kLever_m = 3;  // a rotation's error counts as it shows at this distance
-
-double lengthOf(const GraphProblem& graph, uint32_t number) {
-  const GraphProblem::BuiltEdge& edge = graph.edge(number);
-  const double metres = edge.root.leftCols<3>().squaredNorm(), radians = edge.root.rightCols<3>().squaredNorm();
-  if (metres <= 0 || radians <= 0) return std::numeric_limits<double>::infinity();
-  return graph.scale(edge.kind) * (1 / metres + kLever_m * kLever_m / radians);
-}
 
 std::optional<Matrix6d> covarianceOf(const GraphProblem& graph, uint32_t number) {
   const GraphProblem::BuiltEdge& edge = graph.edge(number);
@@ -27,11 +16,10 @@ std::optional<Matrix6d> covarianceOf(const GraphProblem& graph, uint32_t number)
 
 // The edges from `from` to `to`, last first; empty if there is no way.
 std::vector<uint32_t> bestPath(const GraphProblem& graph, uint32_t from, uint32_t to, uint32_t without, PathOver over) {
-  struct Reached {
-    double length;
-    uint32_t by;
-  };
-  std::unordered_map<uint32_t, Reached> reached = {{from, {0, 0}}};
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  std::vector<double> reached(graph.poses(), kFar);
+  std::vector<uint32_t> by(graph.poses(), 0);
+  reached[from] = 0;
   using Step = std::pair<double, uint32_t>;
   std::priority_queue<Step, std::vector<Step>, std::greater<>> open;
   open.emplace(0, from);
@@ -39,23 +27,23 @@ std::vector<uint32_t> bestPath(const GraphProblem& graph, uint32_t from, uint32_
     const auto [length, pose] = open.top();
     open.pop();
     if (pose == to) break;
-    if (length > reached.at(pose).length) continue;
+    if (length > reached[pose]) continue;
     for (const uint32_t i : graph.edgesAt(pose)) {
       if (i == without || graph.weight(i) < 1) continue;
-      if (over == PathOver::kOdometry && graph.edge(i).kind != EdgeKind::kOdometry) continue;
-      const double there = length + lengthOf(graph, i);
-      if (there == std::numeric_limits<double>::infinity()) continue;
-      const uint32_t other = graph.edge(i).from == pose ? graph.edge(i).to : graph.edge(i).from;
-      const auto [it, fresh] = reached.try_emplace(other, Reached{there, i});
-      if (!fresh && it->second.length <= there) continue;
-      it->second = {there, i};
+      const GraphProblem::BuiltEdge& edge = graph.edge(i);
+      if (over == PathOver::kOdometry && edge.kind != EdgeKind::kOdometry) continue;
+      const double there = length + graph.spread(i);
+      const uint32_t other = edge.from == pose ? edge.to : edge.from;
+      if (there >= reached[other]) continue;
+      reached[other] = there;
+      by[other] = i;
       open.emplace(there, other);
     }
   }
   std::vector<uint32_t> path;
-  if (!reached.contains(to)) return path;
+  if (reached[to] == kFar) return path;
   for (uint32_t pose = to; pose != from;) {
-    const uint32_t i = reached.at(pose).by;
+    const uint32_t i = by[pose];
     path.push_back(i);
     pose = graph.edge(i).from == pose ? graph.edge(i).to : graph.edge(i).from;
   }

@@ -5,11 +5,13 @@
 namespace comap {
 namespace {
 
+constexpr double kSmallAngle = 0.02;
+
 Eigen::Matrix3d inverseLeftJacobianSo3(const Eigen::Vector3d& phi) {
   const double theta = phi.norm();
   const double t2 = theta * theta;
-  const double c = theta < 0.02 ? 1.0 / 12 + t2 / 720 + t2 * t2 / 30240
-                                : (1 - theta * std::sin(theta) / (2 * (1 - std::cos(theta)))) / t2;
+  const double c = theta < kSmallAngle ? 1.0 / 12 + t2 / 720 + t2 * t2 / 30240
+                                       : (1 - theta * std::sin(theta) / (2 * (1 - std::cos(theta)))) / t2;
   const Eigen::Matrix3d k = skew(phi);
   return Eigen::Matrix3d::Identity() - 0.5 * k + c * k * k;
 }
@@ -19,7 +21,7 @@ Eigen::Matrix3d couplingBlock(const Eigen::Vector3d& rho, const Eigen::Vector3d&
   const double t = phi.norm();
   const double t2 = t * t;
   double a = 1.0 / 6 - t2 / 120, b = 1.0 / 24 - t2 / 720, c = 1.0 / 120 - t2 / 2520;
-  if (t > 0.02) {  // below, the closed forms cancel and the two terms above are exact to 1e-11
+  if (t > kSmallAngle) {  // below, the closed forms cancel and the two terms above are exact to 1e-11
     const double sin_t = std::sin(t), cos_t = std::cos(t);
     a = (t - sin_t) / (t2 * t);
     b = (t2 + 2 * cos_t - 2) / (2 * t2 * t2);
@@ -40,6 +42,19 @@ Matrix6d inverseLeftJacobian(const Vector6d& twist) {
   j.bottomRightCorner<3, 3>() = inverse;
   j.topRightCorner<3, 3>() = -inverse * couplingBlock(rho, phi) * inverse;
   return j;
+}
+
+Vector6d pulledBack(const Vector6d& twist, const Vector6d& v) {
+  const Eigen::Vector3d rho = twist.head<3>(), phi = twist.tail<3>();
+  if (phi.squaredNorm() > kSmallAngle * kSmallAngle) return inverseLeftJacobian(twist).transpose() * v;
+  // The series 1 - ad / 2 + ad^2 / 12, whose next term is of the fourth power.
+  const auto bracket = [&](const Vector6d& x) {
+    Vector6d result;
+    result << x.head<3>().cross(phi), x.head<3>().cross(rho) + x.tail<3>().cross(phi);
+    return result;
+  };
+  const Vector6d once = bracket(v);
+  return v - 0.5 * once + bracket(once) / 12;
 }
 
 Vector6d edgeIncrement(const Pose& T_map_from, const Pose& T_map_to, const Pose& T_from_to) {

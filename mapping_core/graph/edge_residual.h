@@ -11,6 +11,9 @@ namespace comap {
 /// |phi| < 2 pi.
 Matrix6d inverseLeftJacobian(const Vector6d& twist);
 
+/// inverseLeftJacobian(twist)^T v: what a pull on the increment is to the pose on its left.
+Vector6d pulledBack(const Vector6d& twist, const Vector6d& v);
+
 struct EdgeResidual {
   Vector6d increment;  ///< log(T_map_from^-1 T_map_to T_from_to^-1): metres, radians
   Matrix6d d_from;     ///< derivative by d of T_map_from exp(d)

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "mapping_core/graph/edge_residual.h"
+#include "mapping_core/graph/graph_newton.h"
 
 namespace comap {
 namespace {
@@ -37,6 +38,7 @@ void GraphClusters::addPose(std::optional<uint32_t> hangs_on) {
   } else {
     cluster_.push_back(static_cast<uint32_t>(members_.size()));
     members_.emplace_back();
+    changes_.push_back(0);
     inner_.emplace_back();
     links_at_.emplace_back();
   }
@@ -67,6 +69,7 @@ void GraphClusters::touchEdge(uint32_t number) {
 }
 
 void GraphClusters::touchCluster(uint32_t cluster) {
+  ++changes_[cluster];
   for (const uint32_t link : links_at_[cluster]) links_[link].gathered = false;
 }
 
@@ -149,7 +152,7 @@ Result<int> GraphClusters::solve(const std::vector<uint8_t>& active, uint32_t an
     link.edge->to = body[link.high];
     mixed.addEdge(*link.edge);
   }
-  auto iterations = mixed.solve(free, limits);
+  auto iterations = solveNear(mixed, free, limits);
   if (!iterations) return iterations;
   for (uint32_t c = 0; c < size(); ++c) {
     for (const uint32_t pose : members_[c]) graph_.setPose(pose, mixed.pose(node[pose]) * T_body_pose[pose]);

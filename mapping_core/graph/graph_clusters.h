@@ -27,6 +27,9 @@ class GraphClusters {
   /// Poses of the cluster have moved against each other.
   void touchCluster(uint32_t cluster);
   void touchAll();
+  /// Per cluster, how often its poses have moved against each other. After poses were set back, those clusters are to
+  /// be touched whose number is not what it was.
+  const std::vector<uint32_t>& changes() const { return changes_; }
 
   size_t size() const { return members_.size(); }
   uint32_t of(uint32_t pose) const { return cluster_[pose]; }
@@ -50,6 +53,7 @@ class GraphClusters {
   GraphProblem& graph_;
   std::vector<uint32_t> cluster_;               // per pose
   std::vector<std::vector<uint32_t>> members_;  // per cluster
+  std::vector<uint32_t> changes_;               // per cluster
   std::vector<std::vector<uint32_t>> inner_;    // per cluster: edges within
   std::vector<std::vector<uint32_t>> links_at_;
   std::vector<Link> links_;

@@ -3,8 +3,10 @@
 #include <ceres/ceres.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <deque>
+#include <limits>
 
 #include "mapping_core/graph/edge_residual.h"
 
@@ -12,7 +14,8 @@ namespace comap {
 namespace {
 
 constexpr int kAmbient = GraphProblem::kAmbient;
-constexpr int kTangent = 6;  // d of T exp(d): rho, phi
+constexpr int kTangent = 6;     // d of T exp(d): rho, phi
+constexpr double kLever_m = 3;  // a rotation's error counts as it shows at this distance
 
 Pose toPose(const double* x) {
   return Pose(Eigen::Quaterniond(Eigen::Map<const Eigen::Vector4d>(x)), Eigen::Map<const Eigen::Vector3d>(x + 4));
@@ -80,6 +83,12 @@ class EdgeCost final : public ceres::SizedCostFunction<6, kAmbient, kAmbient> {
   Matrix6d root_;
 };
 
+double spreadOf(const Matrix6d& root) {
+  const double metres = root.leftCols<3>().squaredNorm(), radians = root.rightCols<3>().squaredNorm();
+  if (metres <= 0 || radians <= 0) return std::numeric_limits<double>::infinity();
+  return 1 / metres + kLever_m * kLever_m / radians;
+}
+
 ceres::Solver::Options solverOptions(const GraphSolveLimits& limits) {
   ceres::Solver::Options options;
   options.max_num_iterations = limits.max_iterations;
@@ -100,6 +109,8 @@ uint32_t GraphProblem::addPose(const Pose& T_map_cam) {
   blocks_.emplace_back();
   fromPose(T_map_cam, blocks_.back().data());
   edges_at_.emplace_back();
+  yields_.emplace_back();
+  yields_known_.push_back(0);
   return static_cast<uint32_t>(blocks_.size() - 1);
 }
 
@@ -107,14 +118,18 @@ uint32_t GraphProblem::addEdge(const BuiltEdge& edge) {
   const auto number = static_cast<uint32_t>(edges_.size());
   edges_.push_back(edge);
   weights_.push_back(1);
+  spreads_.push_back(spreadOf(edge.root));
   edges_at_[edge.from].push_back(number);
   edges_at_[edge.to].push_back(number);
+  forgetStiffness(number);
   return number;
 }
 
 void GraphProblem::replaceEdge(uint32_t number, const Pose& T_from_to, const Matrix6d& root) {
   edges_[number].T_from_to = T_from_to;
   edges_[number].root = root;
+  spreads_[number] = spreadOf(root);
+  forgetStiffness(number);
 }
 
 Pose GraphProblem::pose(uint32_t number) const { return toPose(blocks_[number].data()); }
@@ -132,20 +147,56 @@ double GraphProblem::cost() const {
   return sum;
 }
 
-Vector6d GraphProblem::relaxingStep(uint32_t number) const {
+void GraphProblem::setWeight(uint32_t edge, double weight) {
+  if (weights_[edge] == weight) return;
+  weights_[edge] = weight;
+  forgetStiffness(edge);
+}
+
+void GraphProblem::setScale(EdgeKind kind, double scale) {
+  scales_[static_cast<size_t>(kind)] = scale;
+  std::fill(yields_known_.begin(), yields_known_.end(), 0);
+}
+
+void GraphProblem::forgetStiffness(uint32_t edge) {
+  yields_known_[edges_[edge].from] = yields_known_[edges_[edge].to] = 0;
+}
+
+void GraphProblem::findStiffness(uint32_t number) {
   Matrix6d hessian = Matrix6d::Zero();
-  Vector6d gradient = Vector6d::Zero();
   for (const uint32_t i : edges_at_[number]) {
     if (weights_[i] <= 0) continue;
     const BuiltEdge& e = edges_[i];
     const EdgeResidual r = edgeResidual(pose(e.from), pose(e.to), e.T_from_to);
     const Matrix6d j = e.root * (e.from == number ? r.d_from : r.d_to);
-    const double weight = weights_[i] / scale(e.kind);
-    hessian += weight * j.transpose() * j;
-    gradient += weight * j.transpose() * (e.root * r.increment);
+    hessian += weights_[i] / scale(e.kind) * j.transpose() * j;
   }
   hessian.diagonal().array() += 1e-9 * hessian.diagonal().maxCoeff() + 1e-12;
-  return -hessian.ldlt().solve(gradient);
+  yields_[number] = hessian.ldlt().solve(Matrix6d::Identity());
+  yields_known_[number] = 1;
+}
+
+std::vector<Vector6d> GraphProblem::relaxingSteps(const std::vector<uint8_t>& asked) {
+  std::vector<Vector6d> steps(blocks_.size(), Vector6d::Zero());
+  for (uint32_t i = 0; i < edges_.size(); ++i) {
+    const BuiltEdge& e = edges_[i];
+    if (weights_[i] <= 0 || (!asked[e.from] && !asked[e.to])) continue;
+    const Vector6d increment = edgeIncrement(pose(e.from), pose(e.to), e.T_from_to);
+    const Vector6d pull = weights_[i] / scale(e.kind) * (e.root.transpose() * (e.root * increment));
+    if (asked[e.from]) steps[e.from] += pulledBack(increment, pull);
+    if (!asked[e.to]) continue;
+    const Vector6d back = pulledBack(-increment, pull);  // and by the adjoint of T_from_to
+    const Eigen::Vector3d force = back.head<3>(), torque = back.tail<3>();
+    const Eigen::Quaterniond R_to_from = e.T_from_to.rotation().conjugate();
+    steps[e.to].head<3>() -= R_to_from * force;
+    steps[e.to].tail<3>() -= R_to_from * (torque - e.T_from_to.translation().cross(force));
+  }
+  for (uint32_t i = 0; i < blocks_.size(); ++i) {
+    if (!asked[i]) continue;
+    if (!yields_known_[i]) findStiffness(i);
+    steps[i] = yields_[i] * steps[i].eval();
+  }
+  return steps;
 }
 
 Result<int> GraphProblem::solve(std::span<const uint32_t> free, const GraphSolveLimits& limits) {

@@ -47,28 +47,39 @@ class GraphProblem {
   /// In [0, 1]; an edge of weight 0 is not in the problem.
   double weight(uint32_t edge) const { return weights_[edge]; }
   const std::vector<double>& weights() const { return weights_; }
-  void setWeight(uint32_t edge, double weight) { weights_[edge] = weight; }
+  void setWeight(uint32_t edge, double weight);
   void replaceEdge(uint32_t number, const Pose& T_from_to, const Matrix6d& root);
   /// How many times too small the covariances of a kind were given; 1 at first.
   double scale(EdgeKind kind) const { return scales_[static_cast<size_t>(kind)]; }
-  void setScale(EdgeKind kind, double scale) { scales_[static_cast<size_t>(kind)] = scale; }
+  void setScale(EdgeKind kind, double scale);
 
   /// Squared residual of an edge in units of its (scaled) covariance, whatever its weight.
   double chi2(uint32_t edge) const;
   /// Half the weighted sum of all.
   double cost() const;
-  /// The step (rho, phi) that would bring this pose alone to its optimum, all others held.
-  Vector6d relaxingStep(uint32_t pose) const;
+  /// Variance of an edge (scaled), in square metres, of a point at some distance from its ends; infinite if the edge
+  /// leaves all translation or all rotation open.
+  double spread(uint32_t edge) const { return scale(edges_[edge].kind) * spreads_[edge]; }
+  /// For each pose that is asked for (not 0): the step (rho, phi) that would bring it alone to its optimum, all others
+  /// held.
+  std::vector<Vector6d> relaxingSteps(const std::vector<uint8_t>& asked);
 
   /// Moves the poses of `free` to the least cost of all edges that touch one of them; the others are held. Returns the
   /// number of iterations; kProblem if the solver fails.
   Result<int> solve(std::span<const uint32_t> free, const GraphSolveLimits& limits);
 
  private:
+  void forgetStiffness(uint32_t edge);
+  void findStiffness(uint32_t pose);
+
   std::vector<Block> blocks_;
   std::vector<BuiltEdge> edges_;
   std::vector<double> weights_;
+  std::vector<double> spreads_;  // per edge, not scaled
   std::vector<std::vector<uint32_t>> edges_at_;
+  // Per pose, inverse of the Hessian by it alone, where known: it hardly changes while increments are small.
+  std::vector<Matrix6d> yields_;
+  std::vector<uint8_t> yields_known_;
   std::array<double, kEdgeKinds> scales_{1, 1, 1, 1};
 };
 

@@ -106,7 +106,8 @@ void GraphSolver::restore(const State& state) {
   graph_.setBlocks(state.blocks);
   for (uint32_t i = 0; i < graph_.edges(); ++i)
     if (graph_.weight(i) != state.weights[i]) setWeight(i, state.weights[i]);
-  clusters_.touchAll();
+  for (uint32_t c = 0; c < clusters_.size(); ++c)
+    if (clusters_.changes()[c] != state.changes[c]) clusters_.touchCluster(c);
 }
 
 void GraphSolver::setWeight(uint32_t edge, double weight) {

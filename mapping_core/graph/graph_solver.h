@@ -85,9 +85,10 @@ class GraphSolver {
   struct State {
     std::vector<GraphProblem::Block> blocks;
     std::vector<double> weights;
+    std::vector<uint32_t> changes;  // of clusters
   };
 
-  State state() const { return {graph_.blocks(), graph_.weights()}; }
+  State state() const { return {graph_.blocks(), graph_.weights(), clusters_.changes()}; }
   void restore(const State& state);
   bool hasDoneEnough() const { return rounds_ >= options_.enough_rounds; }
   bool gated(uint32_t edge) const { return graph_.edge(edge).kind != EdgeKind::kOdometry; }

@@ -71,11 +71,12 @@ void GraphSolver::noteMotion(const std::vector<GraphProblem::Block>& before, con
 // active part grows. Poses that did not move against a neighbour strain no more than before.
 std::vector<uint8_t> GraphSolver::strained(const std::vector<uint8_t>& active, size_t free_poses) {
   std::vector<std::pair<double, uint32_t>> order;
+  const std::vector<Vector6d> steps = graph_.relaxingSteps(poses_moved_);
   for (uint32_t c = 0; c < clusters_.size(); ++c) {
     double worst = 0;
     for (const uint32_t pose : clusters_.members(c)) {
       if (!poses_moved_[pose] || pose == 0) continue;
-      const Vector6d step = graph_.relaxingStep(pose);
+      const Vector6d& step = steps[pose];
       worst =
           std::max({worst, step.head<3>().norm() / options_.settled_m, step.tail<3>().norm() / options_.settled_rad});
     }

@@ -207,8 +207,8 @@ TEST_F(RepairVerbs, ofAFileThatIsCutOffTheMissingPagesAreCounted) {
 TEST_F(RepairVerbs, aRefusedChangeLeavesEveryByte) {
   fill(1);
   const std::string whole = contentOf(store_);
-  for (const std::string command : {"split " + store_ + " 9 --later", "split " + store_ + " 1 --undo --later",
-                                    "forget " + store_ + " nobody --later"}) {
+  for (const std::string& command : {"split " + store_ + " 9 --later", "split " + store_ + " 1 --undo --later",
+                                     "forget " + store_ + " nobody --later"}) {
     EXPECT_EQ(fleet(command).code, 2) << command;
     EXPECT_TRUE(contentOf(store_) == whole) << command;
   }

@@ -157,5 +157,15 @@ TEST(EdgeInformation, closuresAreKnownLessWellThanTheirInformationSays) {
   }
 }
 
+TEST(EdgeResidual, PullsBackAsItsJacobianDoes) {
+  std::mt19937 engine(9);
+  std::normal_distribution<double> noise;
+  for (const double size : {0.0, 1e-4, 0.01, 0.3}) {
+    Vector6d twist, pull;
+    for (int i = 0; i < 6; ++i) twist(i) = size * noise(engine), pull(i) = noise(engine);
+    EXPECT_LT((pulledBack(twist, pull) - inverseLeftJacobian(twist).transpose() * pull).norm(), 1e-7 * pull.norm());
+  }
+}
+
 }  // namespace
 }  // namespace comap
