@@ -55,8 +55,8 @@ std::vector<std::string> headDamage(const std::string& path) {
   const std::vector<char> head = firstBytesOf(path, kHead);
   std::vector<std::string> damage;
   for (const Field& field : wrongFields(head)) {
-    const std::string expected = std::to_string(field.least) +
-                                 (field.most > field.least ? " to " + std::to_string(field.most) : std::string());
+    const std::string expected =
+        std::to_string(field.least) + (field.most > field.least ? " to " + std::to_string(field.most) : std::string());
     damage.push_back("the file's head, byte " + std::to_string(field.at) + " (" + field.name + "): is " +
                      std::to_string(valueOf(field, head)) + ", expected " + expected);
   }
@@ -75,6 +75,8 @@ bool mendHead(const std::string& path) {
 }
 
 std::vector<char> firstBytesOf(const std::string& path, size_t bytes) {
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(path, none)) return {};  // of a pipe the first byte would be waited for
   std::vector<char> start(bytes);
   std::ifstream file(path, std::ios::binary);
   file.read(start.data(), static_cast<std::streamsize>(bytes));
