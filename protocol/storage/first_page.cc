@@ -11,7 +11,9 @@ namespace comap {
 namespace {
 
 // sqlite.org/fileformat2.html, 1.3
-constexpr size_t kPageSizeAt = 16, kPagesAt = 28, kFreeAt = 32, kFreeEnd = 40, kHead = 100;
+constexpr size_t kPageSizeAt = 16, kPagesAt = 28, kFreeAt = 32, kFreeEnd = 40;
+constexpr size_t kTablesAt = 103;  // how many, two bytes, in what the head is followed by
+constexpr size_t kHead = 108;      // with that
 constexpr std::string_view kMagic("SQLite format 3\0", 16);
 
 // A number that has to be within bounds, and what it becomes if it is not.
@@ -19,14 +21,15 @@ struct Field {
   const char* name;
   size_t at, bytes;
   uint32_t least, most, mended;
+  bool told_with_tables = false;  // 0 in a file that has none
 };
 constexpr Field kFields[] = {
     {"version to write it", 18, 1, 1, 2, 1},
     {"version to read it", 19, 1, 1, 2, 1},
     {"bytes left free on each page", 20, 1, 0, 0, 0},
-    {"format of the schema", 44, 4, 1, 4, 4},
+    {"format of the schema", 44, 4, 1, 4, 4, true},
     {"largest root page, of a file that shrinks by itself", 52, 4, 0, 0, 0},
-    {"encoding of texts", 56, 4, 1, 1, 1},
+    {"encoding of texts", 56, 4, 1, 1, 1, true},
     {"shrinking in steps", 64, 4, 0, 0, 0},
     {"reserved", 72, 4, 0, 0, 0},
     {"reserved", 76, 4, 0, 0, 0},
@@ -35,17 +38,27 @@ constexpr Field kFields[] = {
     {"reserved", 88, 4, 0, 0, 0},
 };
 
-uint32_t valueOf(const Field& field, const std::vector<char>& head) {
+uint32_t numberAt(const std::vector<char>& head, size_t at, size_t bytes) {
   uint32_t value = 0;
-  for (size_t i = 0; i < field.bytes; ++i) value = value << 8 | static_cast<uint8_t>(head[field.at + i]);
+  for (size_t i = 0; i < bytes; ++i) value = value << 8 | static_cast<uint8_t>(head[at + i]);
   return value;
+}
+
+uint32_t valueOf(const Field& field, const std::vector<char>& head) { return numberAt(head, field.at, field.bytes); }
+
+// A file whose writer was killed before it first wrote its log into it: all tables are in the log.
+bool hasNoTables(const std::vector<char>& head) {
+  return numberAt(head, kPagesAt, 4) == 1 && numberAt(head, kTablesAt, 2) == 0;
 }
 
 std::vector<Field> wrongFields(const std::vector<char>& head) {
   std::vector<Field> wrong;
   if (head.size() < kHead || !std::equal(kMagic.begin(), kMagic.end(), head.begin())) return wrong;
-  for (const Field& field : kFields)
-    if (const uint32_t value = valueOf(field, head); value < field.least || value > field.most) wrong.push_back(field);
+  for (const Field& field : kFields) {
+    const uint32_t value = valueOf(field, head);
+    if (field.told_with_tables && value == 0 && hasNoTables(head)) continue;
+    if (value < field.least || value > field.most) wrong.push_back(field);
+  }
   return wrong;
 }
 
