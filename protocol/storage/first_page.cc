@@ -11,9 +11,7 @@ namespace comap {
 namespace {
 
 // sqlite.org/fileformat2.html, 1.3
-constexpr size_t kPageSizeAt = 16, kPagesAt = 28, kFreeAt = 32, kFreeEnd = 40;
-constexpr size_t kTablesAt = 103;  // how many, two bytes, in what the head is followed by
-constexpr size_t kHead = 108;      // with that
+constexpr size_t kPageSizeAt = 16, kPagesAt = 28, kFreeAt = 32, kFreeEnd = 40, kHead = 100;
 constexpr std::string_view kMagic("SQLite format 3\0", 16);
 
 // A number that has to be within bounds, and what it becomes if it is not.
@@ -46,10 +44,9 @@ uint32_t numberAt(const std::vector<char>& head, size_t at, size_t bytes) {
 
 uint32_t valueOf(const Field& field, const std::vector<char>& head) { return numberAt(head, field.at, field.bytes); }
 
-// A file whose writer was killed before it first wrote its log into it: all tables are in the log.
-bool hasNoTables(const std::vector<char>& head) {
-  return numberAt(head, kPagesAt, 4) == 1 && numberAt(head, kTablesAt, 2) == 0;
-}
+// A file whose writer was killed before it first wrote its log into it: all tables, each with a page of its own, are in
+// the log.
+bool hasNoTables(const std::vector<char>& head) { return numberAt(head, kPagesAt, 4) == 1; }
 
 std::vector<Field> wrongFields(const std::vector<char>& head) {
   std::vector<Field> wrong;
