@@ -32,7 +32,8 @@ bool tellsNothing(const Result<StoreSurvey>& survey) {
 // Where not even their number can be told, none is: it may be any.
 Error nothingSaved(const std::string& damaged, const StoreSurvey& survey) {
   std::string text = damaged + ": no keyframe can be saved, ";
-  text += survey.lost_keyframes > 0 ? counted(survey.lost_keyframes, "keyframe") + " lost" : "and how many there were cannot be told";
+  text += survey.lost_keyframes > 0 ? counted(survey.lost_keyframes, "keyframe") + " lost"
+                                    : "and how many there were cannot be told";
   if (const std::string cut_off = cutOffText(damaged); !cut_off.empty()) text += "; " + cut_off;
   return {ErrorCode::kProblem, text + "; 'fleet doctor' tells what is damaged"};
 }
@@ -46,8 +47,7 @@ Result<StoreSurvey> save(const RecoverArguments& arguments) {
   if (!lock) return lock.error();
   const bool half_changed = hasJournal(arguments.damaged);
   const std::vector<std::string> of_head = headDamage(arguments.damaged);
-  const auto source =
-      half_changed || !of_head.empty() ? draft->copySource() : Result<std::string>(arguments.damaged);
+  const auto source = half_changed || !of_head.empty() ? draft->copySource() : Result<std::string>(arguments.damaged);
   if (!source) return source.error();
   if (!of_head.empty()) (void)mendHead(*source);
   if (half_changed)
@@ -106,7 +106,7 @@ void addRecoverVerb(CLI::App& app, int& exit_code) {
       "Example: fleet recover flat.comap --out flat-saved.comap");
   auto arguments = std::make_shared<RecoverArguments>();
   verb->add_option("STORE", arguments->damaged, "Damaged map store that no core is writing")->required();
-  verb->add_option("--out", arguments->change.store, "New store")->required();
+  verb->add_option("--out", arguments->change.store, "New store; a file that is there is refused")->required();
   addStoreChangeOptions(*verb, arguments->change);
   verb->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }

@@ -48,13 +48,17 @@ void addSynthVerb(CLI::App& app, int& exit_code) {
   verb->add_option("--scene", options->scene, "Which scene, see --list-scenes")
       ->check(CLI::IsMember(sceneNames()))
       ->capture_default_str();
-  verb->add_option("--robots", options->robots, "Number of robots: a, b, c, ...")->capture_default_str();
-  verb->add_option("--frames", options->frames, "Frames of each robot, 30 a second")->capture_default_str();
+  verb->add_option("--robots", options->robots, "Number of robots: a, b, c, ...; as many as the scene has routes for")
+      ->capture_default_str();
+  verb->add_option("--frames", options->frames, "Frames of each robot, 30 a second; 1 to 100000")
+      ->capture_default_str();
   verb->add_option("--seed", options->seed, "Same seed, same bytes")->capture_default_str();
   verb->add_option("--noise", *noise, "Depth and colour noise")
       ->check(CLI::IsMember({"none", "kinect"}))
       ->capture_default_str();
-  verb->add_option("--out", options->out, "Folder to write; must be new, empty or an earlier synthetic data set");
+  verb->add_option(
+      "--out", options->out,
+      "Folder to write, needed but for --list-scenes; must be new, empty or an earlier synthetic data set");
   verb->add_option("--threads", options->threads, "Threads to use; changes nothing in the result")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
