@@ -116,14 +116,14 @@ void addReplayOptions(CLI::App& verb, ReplayArguments& arguments) {
       ->check(CLI::Range(0, 230));
   verb.add_option("--keys", arguments.options.keys,
                   "Folder of a site's keys (fleet keys), with the core's and each robot's: all is encrypted");
-  verb.add_option(
-          "--seeds", arguments.seeds,
-          "Run so many times, each with another book of place codes, into OUT/seed-1, OUT/seed-2 ...; the same command "
-          "again goes on after an interrupted one")
+  verb.add_option("--seeds", arguments.seeds,
+                  "Run so many times, each with another book of place codes, into OUT/seed-1, OUT/seed-2 ...")
       ->check(CLI::Range(1, 1000));
   verb.add_flag("--realtime", arguments.options.realtime, "Play at the recorded speed (with --link dds)");
-  verb.add_flag("--overwrite", arguments.overwrite,
-                "Replace an earlier run in the same folder, finished runs of --compare and --seeds too");
+  verb.add_flag(
+      "--overwrite", arguments.overwrite,
+      "Replace an earlier run in the same folder; without it, --compare and --seeds that were interrupted go on "
+      "with the same command");
   verb.add_flag("--json", arguments.json, "Print report.json instead of the summary");
 }
 
