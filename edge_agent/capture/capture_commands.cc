@@ -117,6 +117,7 @@ Result<void> record(FrameSource& source, const std::string& directory, size_t mo
                     const CaptureLog& log) {
   auto writer = TumWriter::create(directory);
   if (!writer) return writer.error();
+  log(source.description());
   while (!stop() && (most == 0 || writer->size() < most)) {
     if (!source.ready(kTurn)) continue;
     auto next = source.next();

@@ -238,8 +238,10 @@ void addExportVerb(CLI::App& app, int& exit_code) {
   verb->add_option("--format", options->format, "What to write")
       ->required()
       ->check(CLI::IsMember({"ply", "glb", "tiles3d", "tum", "mcap"}));
-  verb->add_option("--out", options->out,
-                   "File (ply, glb, mcap) or folder (tiles3d, tum) to write; files that are there are replaced")
+  verb->add_option(
+          "--out", options->out,
+          "File (ply, glb, mcap), in a folder that is there, or folder (tiles3d, tum, made if need be) to write; files "
+          "that are there are replaced")
       ->required();
   verb->add_option("--map", options->map, "Which map; needed if there are several, except for tum and mcap");
   verb->add_flag("--json", options->json, "Print what was written as one JSON document");

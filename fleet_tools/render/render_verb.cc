@@ -205,7 +205,9 @@ void addRenderVerb(CLI::App& app, int& exit_code) {
   verb->add_option("--map", options->map, "Which map; the largest if left out");
   verb->add_option("--size", options->size, "WIDTHxHEIGHT in pixels, each from 16 to 8192, at most 8388608 in all")
       ->capture_default_str();
-  verb->add_option("--device", options->device, "Vulkan device: auto, llvmpipe or a number")->capture_default_str();
+  verb->add_option("--device", options->device,
+                   "Vulkan device: auto, llvmpipe or a number of mapping_core --list-devices")
+      ->capture_default_str();
   verb->add_flag("--json", options->json, "Print what was written as one JSON document");
   verb->callback([options, &exit_code] { exit_code = run(*options); });
 }

@@ -72,6 +72,11 @@ Result<void> checkModes(ReplayArguments& arguments) {
 // Before a folder is made: a wrong source is the most common mistake.
 Result<void> checkSources(const std::vector<ReplayRobot>& robots) {
   for (const ReplayRobot& robot : robots) {
+    if (robot.source.starts_with("klg:"))
+      return Error{ErrorCode::kWrongUse,
+                   "robot " + robot.name + ": " + robot.source +
+                       ": a log does not tell its focal lengths; make a folder of it: edge_agent --config FILE " +
+                       "--source " + robot.source + " --record DIR, with camera.colour in the configuration"};
     auto source = openSource(robot.source);
     if (!source) return Error{source.error().code, "robot " + robot.name + ": " + source.error().text};
     if ((*source)->live())
@@ -84,7 +89,10 @@ Result<void> checkSources(const std::vector<ReplayRobot>& robots) {
 }  // namespace
 
 void addReplayOptions(CLI::App& verb, ReplayArguments& arguments) {
-  verb.add_option("--robot", arguments.robots, "NAME=DIR[@FIRST:LAST], a TUM-format folder; once a robot")->required();
+  verb.add_option("--robot", arguments.robots,
+                  "NAME=DIR[@FIRST:LAST], a TUM-format folder, or NAME=icl:DIR[@FIRST:LAST], an ICL-NUIM sequence; "
+                  "once a robot")
+      ->required();
   verb.add_option("--out", arguments.options.out, "Folder for the run")->required();
   verb.add_option("--link", arguments.link,
                   "dds: real processes, real DDS; loopback: one process, fixed order (--mode paper has only this)")
@@ -110,7 +118,8 @@ void addReplayOptions(CLI::App& verb, ReplayArguments& arguments) {
                   "With --mode paper or --compare: a remedy for one of the method's known defects (joint-covariance: "
                   "a variation)")
       ->check(CLI::IsMember(fixes));
-  verb.add_option("--device", arguments.options.device, "Vulkan device: auto, llvmpipe or a number")
+  verb.add_option("--device", arguments.options.device,
+                  "Vulkan device: auto, llvmpipe or a number of mapping_core --list-devices")
       ->capture_default_str();
   verb.add_option("--domain", arguments.options.domain, "DDS domain; by default one by process id")
       ->check(CLI::Range(0, 230));

@@ -54,8 +54,8 @@ std::string cards(const json& report) {
       card(withUnit(cellText(valueAt(report, {"joint_ate_rmse_m"}), 1000, 1), "mm"), "joint trajectory error, RMSE");
   html +=
       card(withUnit(cellText(valueAt(report, {"surface", "accuracy_mean_m"}), 1000, 1), "mm"), "mean surface error");
-  html += card(withUnit(cellText(valueAt(report, {"surface", "completeness_2cm"}), 100, 1), "%"),
-               "surface seen, within 2 cm");
+  html += card(withUnit(cellText(valueAt(report, {"surface", "completeness_seen_2cm"}), 100, 1), "%"),
+               "of the surface that keyframes saw is in the map");
   html += card(withUnit(cellText(valueAt(report, {"wall_s"}), 1, 1), "s"), "wall time");
   return html + "</div>\n";
 }

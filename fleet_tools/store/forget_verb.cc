@@ -18,8 +18,7 @@ int run(const ForgetOptions& options) {
   const auto config = configOf(options.change);
   if (!config) return failWith(config.error());
   if (auto checked = checkDevice(options.change); !checked) return failWith(checked.error());
-  auto store =
-      openToChange(options.change.store, [&](const MapStore& read) { return read.checkRobot(options.robot); });
+  auto store = openToChange(options.change.store, [&](const MapStore& read) { return read.checkRobot(options.robot); });
   if (!store) return failWith(store.error());
   const auto removed = store->removeRobot(options.robot);
   if (!removed) return failWith({removed.error().code, options.change.store + ": " + removed.error().text});

@@ -53,7 +53,8 @@ nlohmann::json describe(const MapBuilder& builder, const std::vector<Tile>& tile
 }  // namespace
 
 void addComputeOptions(CLI::App& verb, StoreChange& change) {
-  verb.add_option("--device", change.device, "Vulkan device: auto, llvmpipe or a number")->capture_default_str();
+  verb.add_option("--device", change.device, "Vulkan device: auto, llvmpipe or a number of mapping_core --list-devices")
+      ->capture_default_str();
   verb.add_option("--config", change.config, "The core's YAML file, if the store was made with one");
   verb.add_flag("--json", change.json, "Print one JSON document");
 }
@@ -78,8 +79,7 @@ Result<void> checkDevice(const StoreChange& change) {
   return device ? Result<void>() : Result<void>(device.error());
 }
 
-Result<MapStore> openToChange(const std::string& path,
-                              const std::function<Result<void>(const MapStore&)>& refusal) {
+Result<MapStore> openToChange(const std::string& path, const std::function<Result<void>(const MapStore&)>& refusal) {
   if (refusal)
     if (const auto read = MapStore::open(path, MapStore::Mode::kReadOnly); read)
       if (const auto may = refusal(*read); !may && may.error().code == ErrorCode::kWrongUse)

@@ -13,8 +13,13 @@
 namespace comap {
 namespace {
 
-void listScenes() {
-  for (const auto& info : knownScenes()) std::printf("%-10s %s\n", info.name, info.description);
+int listScenes() {
+  for (const auto& info : knownScenes()) {
+    const auto scene = makeScene(info.name, 1);
+    if (!scene) return failWith(scene.error());
+    std::printf("%-10s up to %zu robots: %s\n", info.name, scene->routes.size(), info.description);
+  }
+  return 0;
 }
 
 std::vector<std::string> sceneNames() {
@@ -64,7 +69,10 @@ void addSynthVerb(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   verb->add_flag("--list-scenes", *list, "Print the scenes and stop");
   verb->callback([options, noise, list, &exit_code] {
-    if (*list) return listScenes();
+    if (*list) {
+      exit_code = listScenes();
+      return;
+    }
     if (options->out.empty()) {
       exit_code = failWith({ErrorCode::kWrongUse, "--out is required: the folder to write"});
       return;

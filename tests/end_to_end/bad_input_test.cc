@@ -67,6 +67,13 @@ TEST_F(BadInput, RobotWithoutFolderOrWithABadName) {
   expectNoRun();
 }
 
+TEST_F(BadInput, ALogIsToBeMadeAFolderFirst) {
+  const ProgramRun run = replay("--robot a=klg:drive.klg@0:10");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("--source klg:drive.klg@0:10 --record DIR"));
+  expectNoRun();
+}
+
 TEST_F(BadInput, TwoRobotsOfOneName) {
   const ProgramRun run = replay("--robot a=" + flat_ + "/a --robot a=" + flat_ + "/b");
   EXPECT_EQ(run.exit_code, 2);

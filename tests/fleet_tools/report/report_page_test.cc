@@ -47,7 +47,10 @@ json fullReport() {
   report["verdicts"] = {{"accepted", 42}, {"refused", {{"inlier_ratio", 17}, {"degenerate", 5}, {"round_trip", 9}}}};
   report["core"] = {{"keyframe_ms", {{"median", 210.0}, {"p95", 380.0}}}, {"device", "llvmpipe"}, {"peak_rss_mb", 640}};
   report["joint_ate_rmse_m"] = 0.0187;
-  report["surface"] = {{"accuracy_mean_m", 0.0041}, {"accuracy_median_m", 0.003}, {"completeness_2cm", 0.913}};
+  report["surface"] = {{"accuracy_mean_m", 0.0041},
+                       {"accuracy_median_m", 0.003},
+                       {"completeness_2cm", 0.31},
+                       {"completeness_seen_2cm", 0.913}};
   report["wall_s"] = 88.4;
   report["parameters_hash"] = "9f86d081884c7d65";
   report["version"] = "0.1.0";
