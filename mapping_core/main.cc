@@ -20,6 +20,7 @@
 #include "protocol/program/out_of_memory.h"
 #include "protocol/program/service_arguments.h"
 #include "protocol/program/standard_output.h"
+#include "protocol/telemetry/stage_clock.h"
 #include "protocol/types/whole_file.h"
 
 namespace comap {
@@ -144,6 +145,7 @@ int run(const Arguments& arguments, const Log& early) {
   }
   if (arguments.health) return askHealth(config->telemetry, log);
   if (auto writable = checkWritable(arguments.report, FileKind::kJson); !writable) return failWith(writable.error());
+  if (auto free = StageClock::checkTrace(config->telemetry.trace); !free) return failWith(free.error());
   if (auto checked = checkDdsOptions(config->link); !checked) return failWith(checked.error());
   const auto discovery = serveDiscovery(config->serve_discovery, config->link, log);
   if (!discovery) return failWith(discovery.error());

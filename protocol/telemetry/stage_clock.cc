@@ -27,12 +27,16 @@ StageClock& StageClock::process() {
   return clock;
 }
 
-Result<void> StageClock::traceTo(const std::string& path) {
+Result<void> StageClock::checkTrace(const std::string& path) {
   std::error_code none;
   if (!std::filesystem::is_character_file(path, none)) {  // a pipe that nobody reads would not even open
     if (auto regular = checkRegular(path); !regular) return regular;
   }
-  if (auto free = checkReplaceable(path, FileKind::kJson); !free) return free;
+  return checkReplaceable(path, FileKind::kJson);
+}
+
+Result<void> StageClock::traceTo(const std::string& path) {
+  if (auto free = checkTrace(path); !free) return free;
   const std::scoped_lock lock(mutex_);
   trace_.reset(std::fopen(path.c_str(), "w"));
   if (!trace_) return cannotWrite(path);

@@ -20,6 +20,10 @@ class StageClock {
  public:
   static StageClock& process();
 
+  /// Whether a trace may be written there: kUnreachable of what would never end or begin, kWrongUse of what is
+  /// something else's. Touches nothing.
+  static Result<void> checkTrace(const std::string& path);
+
   /// From now on each span is also written to the file. Times in it are of the machine's steady clock, so that traces
   /// of several programs on it can be laid over each other. kUnreachable if it cannot be made.
   Result<void> traceTo(const std::string& path);
