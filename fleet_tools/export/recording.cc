@@ -4,6 +4,7 @@
 #include <google/protobuf/descriptor.pb.h>
 #include <google/protobuf/timestamp.pb.h>
 
+#include <algorithm>
 #include <cstring>
 #include <set>
 
@@ -206,6 +207,7 @@ Result<RecordingCounts> writeRecording(const MapStore& store, const std::string&
   if (!keyframes) return keyframes.error();
   std::erase_if(*keyframes,
                 [&](const StoredKeyframe& one) { return one.map.empty() || (!map.empty() && one.map != map); });
+  std::ranges::sort(*keyframes, {}, [](const StoredKeyframe& one) { return std::pair(one.stamp_ns, one.id); });
   std::map<KeyframeId, int64_t> times;
   std::map<MapId, int64_t> beginnings;
   for (const StoredKeyframe& keyframe : *keyframes) {
