@@ -6,6 +6,7 @@
 
 #include "protocol/codec/codec.h"
 #include "protocol/types/fnv1a.h"
+#include "protocol/types/whole_file.h"
 
 namespace comap {
 namespace {
@@ -44,6 +45,7 @@ Error damaged(const std::string& path, const std::string& what) { return {ErrorC
 }  // namespace
 
 Result<TileStore> TileStore::open(const std::string& path, uint64_t quota_bytes) {
+  if (auto regular = checkRegular(path); !regular) return regular.error();
   auto database = Database::open(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
   if (!database) return database.error();
   TileStore store(std::move(*database), quota_bytes);

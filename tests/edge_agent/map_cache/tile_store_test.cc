@@ -213,6 +213,15 @@ TEST_F(TileStoreTest, SomebodyElsesDatabaseIsLeftAlone) {
   EXPECT_EQ(*other->integer("SELECT count(*) FROM mine"), 0);
 }
 
+TEST_F(TileStoreTest, WhatIsNoFileIsNamed) {
+  std::filesystem::create_directory(path_);
+  const auto store = openTileStore(path_, 1'000'000, [](const std::string&) {});
+  ASSERT_FALSE(store);
+  EXPECT_EQ(store.error().code, ErrorCode::kUnreachable);
+  EXPECT_NE(store.error().text.find("is a folder, expected a regular file"), std::string::npos) << store.error().text;
+  EXPECT_TRUE(std::filesystem::is_directory(path_)) << "left as it is";
+}
+
 TEST_F(TileStoreTest, TwoAgentsDoNotShareAFile) {
   TileStore store = open();
   write(store, {tileOf("m", 1, 1)});
