@@ -9,4 +9,11 @@ int failWith(const Error& error) {
   return exitCodeOf(error.code);
 }
 
+int failWithStore(const Error& error, const std::string& store) {
+  if (error.code != ErrorCode::kBadData) return failWith(error);
+  return failWith({error.code, error.text + "; if it was a map store, 'fleet doctor " + store +
+                                   "' tells what is damaged, and 'fleet recover " + store +
+                                   " --out NEW' saves what is whole"});
+}
+
 }  // namespace comap

@@ -201,7 +201,7 @@ int run(const ExportOptions& options) {
   if (const auto free = folder ? checkOutputFolder(options.out) : checkOutputFile(options.out); !free)
     return failWith(free.error());
   const Result<MapStore> store = MapStore::open(options.store, MapStore::Mode::kReadOnly);
-  if (!store) return failWith(store.error());
+  if (!store) return failWithStore(store.error(), options.store);
   const Result<Exported> exported = exportAs(*store, options);
   if (!exported) return failWith(exported.error());
   if (options.json) {

@@ -143,7 +143,7 @@ int run(const RenderOptions& options) {
   const auto size = parseSize(options.size);
   if (!size) return failWith(size.error());
   const auto store = MapStore::open(options.store, MapStore::Mode::kReadOnly);
-  if (!store) return failWith(store.error());
+  if (!store) return failWithStore(store.error(), options.store);
   const auto map = chooseMap(*store, options);
   if (!map) return failWith(map.error());
   auto surfels = loadSurfels(*store, options, *map);

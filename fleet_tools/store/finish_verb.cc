@@ -16,7 +16,7 @@ int run(const StoreChange& change) {
   if (!config) return failWith(config.error());
   const auto version = storeVersionOf(change.store);
   auto store = openToChange(change.store);
-  if (!store) return failWith(store.error());
+  if (!store) return failWithStore(store.error(), change.store);
   const auto complete = store->meta("complete");
   if (!complete) return failWith(complete.error());
   const auto compacted = compactIfDue(change, *store);

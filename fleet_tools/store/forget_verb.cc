@@ -19,7 +19,7 @@ int run(const ForgetOptions& options) {
   if (!config) return failWith(config.error());
   if (auto checked = checkDevice(options.change); !checked) return failWith(checked.error());
   auto store = openToChange(options.change.store, [&](const MapStore& read) { return read.checkRobot(options.robot); });
-  if (!store) return failWith(store.error());
+  if (!store) return failWithStore(store.error(), options.change.store);
   const auto removed = store->removeRobot(options.robot);
   if (!removed) return failWith({removed.error().code, options.change.store + ": " + removed.error().text});
   if (!options.change.json) {

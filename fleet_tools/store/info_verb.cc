@@ -209,7 +209,7 @@ void print(const StoreInfo& info) {
 
 int run(const std::string& path, bool json) {
   const Result<StoreInfo> info = gather(path);
-  if (!info) return failWith(info.error());
+  if (!info) return failWithStore(info.error(), path);
   if (json) {
     printJson(jsonOf(*info));
   } else {

@@ -92,7 +92,7 @@ Result<void> printJsonOf(const MapStore& store, const VerdictFilter& filter,
 
 int run(const MatchesOptions& options) {
   const Result<MapStore> store = MapStore::open(options.store, MapStore::Mode::kReadOnly);
-  if (!store) return failWith(store.error());
+  if (!store) return failWithStore(store.error(), options.store);
   const auto moment = store->beginReading();
   if (!moment) return failWith(moment.error());
   if (!options.robot.empty()) {

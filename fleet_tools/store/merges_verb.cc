@@ -30,7 +30,7 @@ void print(const std::vector<MergeRecord>& merges) {
 
 int run(const std::string& path, bool json) {
   const Result<MapStore> store = MapStore::open(path, MapStore::Mode::kReadOnly);
-  if (!store) return failWith(store.error());
+  if (!store) return failWithStore(store.error(), path);
   const auto moment = store->beginReading();
   if (!moment) return failWith(moment.error());
   const Result<std::vector<MergeRecord>> merges = store->merges();

@@ -48,7 +48,7 @@ int run(const SplitOptions& options) {
   if (!config) return failWith(config.error());
   if (auto checked = checkDevice(options.change); !checked) return failWith(checked.error());
   auto store = openToChange(options.change.store, [&](const MapStore& read) { return refusal(options, read); });
-  if (!store) return failWith(store.error());
+  if (!store) return failWithStore(store.error(), options.change.store);
   const auto decision = decide(options, *config, *store);
   if (!decision) return failWith({decision.error().code, options.change.store + ": " + decision.error().text});
   nlohmann::json list = nlohmann::json::array();

@@ -182,6 +182,17 @@ TEST_F(BadInput, WatchingASiteWithoutACoreIsNoSuccess) {
   EXPECT_THAT(run.err, HasSubstr("was heard within the 1 s of --for"));
 }
 
+TEST_F(BadInput, ADamagedStoreIsToldWithWhatToDo) {
+  const std::string store = folder_.path("cut.comap");
+  std::ofstream(store, std::ios::binary) << "SQLite format 3" << '\0' << std::string(5000, 'x');
+  for (const std::string& verb : std::vector<std::string>{"info ", "matches ", "merges ", "finish ", "split --later ",
+                                                          "export --format ply --out " + folder_.path("o.ply") + " "}) {
+    const ProgramRun run = runProgram("fleet " + verb + store + (verb.starts_with("split") ? " 1" : ""));
+    EXPECT_EQ(run.exit_code, 3) << verb << run.err;
+    EXPECT_THAT(run.err, HasSubstr("'fleet recover " + store + " --out NEW'")) << verb;
+  }
+}
+
 TEST_F(BadInput, NoProgramWritesOverADatabase) {
   const std::string database = folder_.path("other.comap"), content = std::string("SQLite format 3\0and more", 24);
   const std::string agent =
