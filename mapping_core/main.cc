@@ -15,6 +15,7 @@
 #include "mapping_core/service/core_report.h"
 #include "mapping_core/service/ros2_map.h"
 #include "mapping_core/store/store_log.h"
+#include "mapping_core/store/store_remedy.h"
 #include "protocol/discovery/discovery_server.h"
 #include "protocol/link/dds_link.h"
 #include "protocol/program/out_of_memory.h"
@@ -78,14 +79,6 @@ Result<std::unique_ptr<DiscoveryServer>> serveDiscovery(int port, DdsLinkOptions
                                        [log](const std::string& line) { log.info("discovery: " + line); });
   if (server) link.discovery_server = toString(here);
   return server;
-}
-
-// A damaged store is for people to mend.
-Error withRemedy(const Error& error, const std::string& store) {
-  if (error.code != ErrorCode::kBadData) return error;
-  return {error.code, error.text + "; if it is a map store, 'fleet doctor " + store +
-                          "' names what is damaged in it, and 'fleet recover " + store +
-                          " --out NEW' saves what is whole"};
 }
 
 // Two cores of one site would both take every keyframe and contradict each other's corrections: one gives way.

@@ -2,6 +2,8 @@
 
 #include <cstdio>
 
+#include "mapping_core/store/store_remedy.h"
+
 namespace comap {
 
 int failWith(const Error& error) {
@@ -9,11 +11,6 @@ int failWith(const Error& error) {
   return exitCodeOf(error.code);
 }
 
-int failWithStore(const Error& error, const std::string& store) {
-  if (error.code != ErrorCode::kBadData) return failWith(error);
-  return failWith({error.code, error.text + "; if it was a map store, 'fleet doctor " + store +
-                                   "' tells what is damaged, and 'fleet recover " + store +
-                                   " --out NEW' saves what is whole"});
-}
+int failWithStore(const Error& error, const std::string& store) { return failWith(withRemedy(error, store)); }
 
 }  // namespace comap

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "mapping_core/store/store_remedy.h"
+
 namespace comap {
 namespace {
 
@@ -17,7 +19,7 @@ bool sameSizes(const std::map<MapId, MapStore::MapSize>& a, const std::map<MapId
 
 Result<StoreScene> StoreScene::open(const std::string& path, bool with_tiles) {
   Result<MapStore> store = MapStore::open(path, MapStore::Mode::kReadOnly);
-  if (!store) return store.error();
+  if (!store) return withRemedy(store.error(), path);
   return StoreScene(path, std::move(*store), with_tiles);
 }
 
