@@ -55,7 +55,7 @@ std::string cards(const json& report) {
   html +=
       card(withUnit(cellText(valueAt(report, {"surface", "accuracy_mean_m"}), 1000, 1), "mm"), "mean surface error");
   html += card(withUnit(cellText(valueAt(report, {"surface", "completeness_seen_2cm"}), 100, 1), "%"),
-               "of the surface that keyframes saw is in the map");
+               "of what keyframes saw is mapped");
   html += card(withUnit(cellText(valueAt(report, {"wall_s"}), 1, 1), "s"), "wall time");
   return html + "</div>\n";
 }
